@@ -1,1 +1,28 @@
-//! Placeholder.
+#![doc = include_str!("../README.md")]
+
+mod columns;
+mod constant;
+mod coulomb;
+mod covariance;
+mod error;
+mod features;
+mod jitter;
+mod linear_ard;
+mod params;
+mod positive;
+mod se_ard;
+mod sum;
+mod torque;
+mod vector_exp;
+
+pub use constant::Constant;
+pub use coulomb::{Coulomb, sgn};
+pub use covariance::Covariance;
+pub use error::KernelError;
+pub use jitter::Jitter;
+pub use linear_ard::LinearArd;
+pub use params::{LINEAR_STD_CEILING, NOISE_VAR_FLOOR, ParamLayout, ParamSpec, Transform};
+pub use se_ard::SeArd;
+pub use sum::Sum;
+pub use torque::{TorqueCovariance, TorqueForm, TorqueParams};
+pub use vector_exp::exp_in_place;

@@ -1,0 +1,99 @@
+//! Covariances that are inner products of weighted features, Σ_j w_j² φ_j(x) φ_j(x′).
+//!
+//! The ARD linear term and the Coulomb term differ only in φ, so the matrix
+//! products stand here once.
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+
+use crate::columns::for_each_column;
+
+/// Features scaled by their weights, Φ diag(w), (n, p).
+fn weighted(features: MatRef<'_, f64>, weights: &[f64]) -> Mat<f64> {
+    Mat::from_fn(features.nrows(), features.ncols(), |row, col| {
+        features[(row, col)] * weights[col]
+    })
+}
+
+/// Adds Φ diag(w²) Φᵀ to the lower triangle of `out`.
+pub(crate) fn add_gram(features: MatRef<'_, f64>, weights: &[f64], out: MatMut<'_, f64>) {
+    let scaled = weighted(features, weights);
+    triangular::matmul(
+        out,
+        BlockStructure::TriangularLower,
+        Accum::Add,
+        scaled.as_ref(),
+        BlockStructure::Rectangular,
+        scaled.transpose(),
+        BlockStructure::Rectangular,
+        1.0,
+        Par::Seq,
+    );
+}
+
+/// Adds Φ1 diag(w²) Φ2ᵀ to `out`.
+pub(crate) fn add_cross(
+    features1: MatRef<'_, f64>,
+    features2: MatRef<'_, f64>,
+    weights: &[f64],
+    out: MatMut<'_, f64>,
+) {
+    let scaled1 = weighted(features1, weights);
+    let scaled2 = weighted(features2, weights);
+    matmul(
+        out,
+        Accum::Add,
+        scaled1.as_ref(),
+        scaled2.transpose(),
+        1.0,
+        Par::Seq,
+    );
+}
+
+/// Adds Σ_j w_j² φ_j(x)² to every entry of `out`.
+pub(crate) fn add_diag(features: MatRef<'_, f64>, weights: &[f64], out: &mut [f64]) {
+    assert_eq!(out.len(), features.nrows());
+    for_each_column(features, |col_idx, column| {
+        let variance = weights[col_idx] * weights[col_idx];
+        for (value, feature) in out.iter_mut().zip(column) {
+            *value += variance * feature * feature;
+        }
+    });
+}
+
+/// Adds ∂/∂w_j tr(QᵀK) = 2 w_j φ_jᵀ Q φ_j to `gradient`, from the lower triangle of Q.
+pub(crate) fn add_adjoint(
+    features: MatRef<'_, f64>,
+    weights: &[f64],
+    adjoint: MatRef<'_, f64>,
+    gradient: &mut [f64],
+) {
+    let (n, p) = (features.nrows(), features.ncols());
+    assert_eq!((adjoint.nrows(), adjoint.ncols()), (n, n));
+    assert_eq!(gradient.len(), p);
+
+    // φᵀQφ = 2 φᵀ(strictly lower Q)φ + Σ_a Q_aa φ_a².
+    let mut below = Mat::zeros(n, p); // (n, p)
+    triangular::matmul(
+        below.as_mut(),
+        BlockStructure::Rectangular,
+        Accum::Replace,
+        adjoint,
+        BlockStructure::StrictTriangularLower,
+        features,
+        BlockStructure::Rectangular,
+        1.0,
+        Par::Seq,
+    );
+    for_each_column(features, |col_idx, column| {
+        let product = below.col_as_slice(col_idx);
+        let quadratic: f64 = column
+            .iter()
+            .zip(product)
+            .enumerate()
+            .map(|(row, (feature, below))| feature * (2.0 * below + adjoint[(row, row)] * feature))
+            .sum();
+        gradient[col_idx] += 2.0 * weights[col_idx] * quadratic;
+    });
+}

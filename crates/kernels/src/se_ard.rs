@@ -1,0 +1,318 @@
+//! The squared-exponential term of eq. (5), one length scale per covariate.
+//!
+//! Squared distances come from one matrix product of the centred and scaled
+//! inputs z = (x − x̄)/l,
+//!
+//! ```text
+//! s_ab = |z_a|² + |z_b|² − 2 z_a·z_b,   clamped at 0
+//! ```
+//!
+//! whose absolute error is at most about 2(d + 2) ε max|z|², so a covariance of
+//! v² e^{−s/2} carries the relative error (d + 2) ε max|z|².
+//! Centring keeps |z| at the spread of the data instead of its offset.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+
+use crate::columns::{column_mut, for_each_column};
+use crate::covariance::Covariance;
+use crate::error::KernelError;
+use crate::params::{ParamLayout, Transform};
+use crate::positive::require_positive;
+use crate::vector_exp::exp_in_place;
+
+/// Columns of the Gram matrix that are worked on together: their block stays in cache.
+const BLOCK: usize = 64;
+
+/// Covariance of a smooth function.
+///
+/// ```text
+/// c(x, x′) = v² exp(−½ Σ_j ((x_j − x′_j)/l_j)²)
+/// ```
+/// θ = (`signal_std`, `length_scales[0]`, …): v in target units, l_j in the
+/// units of covariate j.
+/// # Source
+/// Eq. (5), third term; Rasmussen & Williams 2006, eq. (5.1).
+#[derive(Debug, Clone, PartialEq)]
+pub struct SeArd {
+    signal_std: f64,
+    length_scales: Vec<f64>,
+}
+
+/// Inputs centred and divided by the length scales, with their squared norms.
+struct Scaled {
+    z: Mat<f64>,        // (n, d)
+    sq_norms: Vec<f64>, // (n,)
+}
+
+impl SeArd {
+    /// The squared-exponential term with signal std v and one length scale per covariate.
+    ///
+    /// # Errors
+    /// [`KernelError::NotPositive`] unless all are finite and above zero.
+    pub fn new(signal_std: f64, length_scales: Vec<f64>) -> Result<Self, KernelError> {
+        require_positive("signal_std", &[signal_std])?;
+        require_positive("length_scales", &length_scales)?;
+        Ok(Self {
+            signal_std,
+            length_scales,
+        })
+    }
+
+    /// Standard deviation v, in target units.
+    pub fn signal_std(&self) -> f64 {
+        self.signal_std
+    }
+
+    /// Length scales l_j, in the units of each covariate.
+    pub fn length_scales(&self) -> &[f64] {
+        &self.length_scales
+    }
+
+    fn scaled(&self, x: MatRef<'_, f64>, centre: &[f64]) -> Scaled {
+        assert_eq!(x.ncols(), self.length_scales.len());
+        let mut z = Mat::zeros(x.nrows(), x.ncols());
+        let mut sq_norms = vec![0.0; x.nrows()];
+        for_each_column(x, |col, column| {
+            let scale = self.length_scales[col].recip();
+            let target = z.col_as_slice_mut(col);
+            for ((z, sq_norm), x) in target.iter_mut().zip(&mut sq_norms).zip(column) {
+                *z = (x - centre[col]) * scale;
+                *sq_norm += *z * *z;
+            }
+        });
+        Scaled { z, sq_norms }
+    }
+}
+
+/// Mean of every column.
+fn column_means(x: MatRef<'_, f64>) -> Vec<f64> {
+    let mut means = vec![0.0; x.ncols()];
+    for_each_column(x, |col, column| {
+        means[col] = column.iter().sum::<f64>() / column.len() as f64;
+    });
+    means
+}
+
+/// Fills `out` with e^{−s/2} between some rows of `a` and some rows of `b`.
+///
+/// # Shapes
+/// `out` (rows_a.len(), rows_b.len()), contiguous columns.
+fn correlations(
+    a: &Scaled,
+    rows_a: std::ops::Range<usize>,
+    b: &Scaled,
+    rows_b: std::ops::Range<usize>,
+    mut out: MatMut<'_, f64>,
+) {
+    let z_a = a.z.as_ref().subrows(rows_a.start, rows_a.len());
+    let z_b = b.z.as_ref().subrows(rows_b.start, rows_b.len());
+    matmul(
+        out.as_mut(),
+        Accum::Replace,
+        z_a,
+        z_b.transpose(),
+        1.0,
+        Par::Seq,
+    );
+
+    let sq_a = &a.sq_norms[rows_a];
+    for (col, sq_b) in b.sq_norms[rows_b].iter().enumerate() {
+        let column = column_mut(&mut out, col);
+        for (value, sq_a) in column.iter_mut().zip(sq_a) {
+            // −s/2 = z_a·z_b − (|z_a|² + |z_b|²)/2; the comparison lets NaN through.
+            let exponent = *value - 0.5 * (sq_a + sq_b);
+            *value = if exponent > 0.0 { 0.0 } else { exponent };
+        }
+        exp_in_place(column);
+    }
+}
+
+/// Visits the lower triangle of the correlations in blocks of columns.
+///
+/// `visit` gets the first column of the block and the correlations of rows
+/// `first..n` with columns `first..first + width`; entry (k, k) is exactly 1.
+fn for_each_lower_block(scaled: &Scaled, mut visit: impl FnMut(usize, MatMut<'_, f64>)) {
+    let n = scaled.sq_norms.len();
+    let mut buffer = Mat::zeros(n, BLOCK.min(n)); // (n, BLOCK)
+    for first in (0..n).step_by(BLOCK) {
+        let width = BLOCK.min(n - first);
+        let mut block = buffer.as_mut().submatrix_mut(0, 0, n - first, width);
+        correlations(
+            scaled,
+            first..n,
+            scaled,
+            first..first + width,
+            block.as_mut(),
+        );
+        for k in 0..width {
+            // A point's distance to itself is 0, whatever rounding says; NaN is kept.
+            if !block[(k, k)].is_nan() {
+                block[(k, k)] = 1.0;
+            }
+        }
+        visit(first, block);
+    }
+}
+
+impl Covariance for SeArd {
+    fn layout(&self) -> ParamLayout {
+        ParamLayout::new()
+            .with_scalar("signal_std", Transform::Positive)
+            .with_vector(
+                "length_scales",
+                self.length_scales.len(),
+                Transform::Positive,
+            )
+    }
+
+    fn params(&self) -> Vec<f64> {
+        let mut theta = vec![self.signal_std];
+        theta.extend(&self.length_scales);
+        theta
+    }
+
+    fn set_params(&mut self, theta: &[f64]) {
+        self.signal_std = theta[0];
+        self.length_scales.copy_from_slice(&theta[1..]);
+    }
+
+    fn add_gram(&self, x: MatRef<'_, f64>, mut out: MatMut<'_, f64>) {
+        assert_eq!((out.nrows(), out.ncols()), (x.nrows(), x.nrows()));
+        let signal_var = self.signal_std * self.signal_std;
+        let scaled = self.scaled(x, &column_means(x));
+        for_each_lower_block(&scaled, |first, mut block| {
+            for k in 0..block.ncols() {
+                let target = &mut column_mut(&mut out, first + k)[first..];
+                for (value, correlation) in target.iter_mut().zip(column_mut(&mut block, k)) {
+                    *value += signal_var * *correlation;
+                }
+            }
+        });
+    }
+
+    fn add_cross(&self, x1: MatRef<'_, f64>, x2: MatRef<'_, f64>, mut out: MatMut<'_, f64>) {
+        assert_eq!((out.nrows(), out.ncols()), (x1.nrows(), x2.nrows()));
+        let signal_var = self.signal_std * self.signal_std;
+        let (n1, n2) = (x1.nrows(), x2.nrows());
+        let centre = column_means(x1);
+        let (scaled1, scaled2) = (self.scaled(x1, &centre), self.scaled(x2, &centre));
+
+        let mut buffer = Mat::zeros(n1, BLOCK.min(n2)); // (n1, BLOCK)
+        for first in (0..n2).step_by(BLOCK) {
+            let width = BLOCK.min(n2 - first);
+            let mut block = buffer.as_mut().subcols_mut(0, width);
+            correlations(
+                &scaled1,
+                0..n1,
+                &scaled2,
+                first..first + width,
+                block.as_mut(),
+            );
+            for k in 0..width {
+                let target = column_mut(&mut out, first + k);
+                for (value, correlation) in target.iter_mut().zip(column_mut(&mut block, k)) {
+                    *value += signal_var * *correlation;
+                }
+            }
+        }
+    }
+
+    fn add_diag(&self, x: MatRef<'_, f64>, out: &mut [f64]) {
+        assert_eq!(out.len(), x.nrows());
+        for value in out {
+            *value += self.signal_std * self.signal_std;
+        }
+    }
+
+    /// ```text
+    /// W = Q ∘ E with E the correlations, K = v²E
+    /// ∂/∂v   tr(QᵀK) = 2v Σ_ab W_ab
+    /// ∂/∂l_j tr(QᵀK) = v²/l_j Σ_ab W_ab (z_aj − z_bj)²
+    ///                = 2v²/l_j Σ_{a>b} W_ab (z_aj² + z_bj² − 2 z_aj z_bj)
+    /// ```
+    fn gram_adjoint(&self, x: MatRef<'_, f64>, adjoint: MatRef<'_, f64>, gradient: &mut [f64]) {
+        let (n, d) = (x.nrows(), x.ncols());
+        assert_eq!((adjoint.nrows(), adjoint.ncols()), (n, n));
+        assert_eq!(gradient.len(), 1 + d);
+        let scaled = self.scaled(x, &column_means(x));
+        let mut sums = AdjointSums::new(n, d);
+        for_each_lower_block(&scaled, |first, block| {
+            sums.add_block(&scaled.z, adjoint, first, block);
+        });
+
+        let signal_var = self.signal_std * self.signal_std;
+        gradient[0] += 2.0 * self.signal_std * (sums.diagonal + 2.0 * sums.below);
+        for (j, length_scale) in self.length_scales.iter().enumerate() {
+            let squares: f64 = (scaled.z.col_as_slice(j).iter().zip(&sums.weights))
+                .map(|(z, weight)| weight * z * z)
+                .sum();
+            gradient[1 + j] += 2.0 * signal_var / length_scale * (squares - 2.0 * sums.products[j]);
+        }
+    }
+}
+
+/// Sums over the strictly lower triangle of W = Q ∘ E, gathered block by block.
+struct AdjointSums {
+    diagonal: f64,      // Σ_a W_aa
+    below: f64,         // Σ_{a>b} W_ab
+    weights: Vec<f64>,  // (n,) row sum plus column sum of the strictly lower W
+    products: Vec<f64>, // (d,) Σ_{a>b} W_ab z_aj z_bj
+    wz: Mat<f64>,       // (BLOCK, d) scratch
+}
+
+impl AdjointSums {
+    fn new(n: usize, d: usize) -> Self {
+        Self {
+            diagonal: 0.0,
+            below: 0.0,
+            weights: vec![0.0; n],
+            products: vec![0.0; d],
+            wz: Mat::zeros(BLOCK, d),
+        }
+    }
+
+    /// Adds the columns `first..` whose correlations `block` holds, and overwrites it with W.
+    fn add_block(
+        &mut self,
+        z: &Mat<f64>,
+        adjoint: MatRef<'_, f64>,
+        first: usize,
+        mut block: MatMut<'_, f64>,
+    ) {
+        let (n_rows, width) = (block.nrows(), block.ncols());
+        let q = adjoint.submatrix(first, first, n_rows, width);
+        for_each_column(q, |k, q_column| {
+            let w = column_mut(&mut block, k);
+            self.diagonal += q_column[k] * w[k];
+            w[..=k].fill(0.0);
+            let mut column_sum = 0.0;
+            let below = w[k + 1..].iter_mut().zip(&q_column[k + 1..]);
+            for ((w, q), weight) in below.zip(&mut self.weights[first + k + 1..]) {
+                *w *= q;
+                *weight += *w;
+                column_sum += *w;
+            }
+            self.weights[first + k] += column_sum;
+            self.below += column_sum;
+        });
+
+        // Rows of WᵀZ for this block's columns, then Σ_b z_bj (WᵀZ)_bj.
+        let z_rows = z.as_ref().subrows(first, n_rows);
+        let mut wz = self.wz.as_mut().subrows_mut(0, width); // (width, d)
+        matmul(
+            wz.as_mut(),
+            Accum::Replace,
+            block.transpose(),
+            z_rows,
+            1.0,
+            Par::Seq,
+        );
+        for (j, product) in self.products.iter_mut().enumerate() {
+            let z_block = &z.col_as_slice(j)[first..first + width];
+            *product += (z_block.iter().zip(column_mut(&mut wz, j).iter()))
+                .map(|(z, wz)| z * wz)
+                .sum::<f64>();
+        }
+    }
+}

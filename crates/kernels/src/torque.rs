@@ -1,0 +1,213 @@
+//! The covariance of one joint's torque, eq. (7): GPc, and GP¬c without friction.
+
+use faer::{MatMut, MatRef};
+
+use crate::constant::Constant;
+use crate::coulomb::Coulomb;
+use crate::covariance::Covariance;
+use crate::error::KernelError;
+use crate::linear_ard::LinearArd;
+use crate::params::ParamLayout;
+use crate::se_ard::SeArd;
+use crate::sum::Sum;
+
+/// Whether the torque covariance has the Coulomb term.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TorqueForm {
+    /// Eq. (5) only: the model GP¬c.
+    Smooth,
+    /// Eqs. (5) and (6): the model GPc.
+    Coulomb,
+}
+
+/// Hyperparameters of a torque covariance, by name and in natural units.
+///
+/// ℓ is the number of joints; covariates are ordered (q, q̇, q̈).
+#[derive(Debug, Clone, PartialEq)]
+pub struct TorqueParams {
+    /// b, in torque units.
+    pub bias_std: f64,
+    /// u, one per covariate (3ℓ), torque units per unit of the covariate.
+    pub linear_std: Vec<f64>,
+    /// v, in torque units.
+    pub signal_std: f64,
+    /// l, one per covariate (3ℓ), in its unit.
+    pub length_scales: Vec<f64>,
+    /// w, one per joint (ℓ), in torque units; `None` for GP¬c.
+    pub coulomb_std: Option<Vec<f64>>,
+}
+
+/// Covariance of one joint's torque as a function of x = (q, q̇, q̈), without noise.
+///
+/// ```text
+/// c(x, x′) = b² + Σ_j u_j² x_j x′_j + v² exp(−½ Σ_j ((x_j − x′_j)/l_j)²)
+///          + Σ_j w_j² sgn(q̇_j) sgn(q̇′_j)                    (GPc only)
+/// ```
+/// θ = (`bias_std`, `linear_std[3ℓ]`, `signal_std`, `length_scales[3ℓ]`,
+/// `coulomb_std[ℓ]`): 7ℓ + 2 numbers, 6ℓ + 2 without friction.
+/// The noise σ is not part of it; see [`crate::Jitter`].
+/// # Source
+/// Eqs. (5)–(7).
+#[derive(Debug, Clone, PartialEq)]
+pub struct TorqueCovariance {
+    smooth: Sum<Sum<Constant, LinearArd>, SeArd>,
+    coulomb: Option<Coulomb>,
+}
+
+impl TorqueCovariance {
+    /// The covariance with given hyperparameters.
+    ///
+    /// # Errors
+    /// [`KernelError::NotPositive`] for a value that is not finite and above zero;
+    /// [`KernelError::WrongCount`] unless there is one linear weight and one length
+    /// scale per covariate, and three covariates per Coulomb weight.
+    pub fn new(params: TorqueParams) -> Result<Self, KernelError> {
+        let n_covariates = params.linear_std.len();
+        expect_count("length_scales", params.length_scales.len(), n_covariates)?;
+        expect_count("linear_std", n_covariates, 3 * (n_covariates / 3))?;
+        if let Some(coulomb_std) = &params.coulomb_std {
+            expect_count("coulomb_std", coulomb_std.len(), n_covariates / 3)?;
+        }
+
+        let bias_linear = Sum::new(
+            Constant::new(params.bias_std)?,
+            LinearArd::new(params.linear_std)?,
+        );
+        let se = SeArd::new(params.signal_std, params.length_scales)?;
+        Ok(Self {
+            smooth: Sum::new(bias_linear, se),
+            coulomb: params.coulomb_std.map(Coulomb::new).transpose()?,
+        })
+    }
+
+    /// The covariance whose hyperparameters are all 1.
+    ///
+    /// # Panics
+    /// If `n_joints` is zero.
+    pub fn unit(n_joints: usize, form: TorqueForm) -> Self {
+        assert!(n_joints > 0, "a robot has at least one joint");
+        let coulomb_std = match form {
+            TorqueForm::Smooth => None,
+            TorqueForm::Coulomb => Some(vec![1.0; n_joints]),
+        };
+        Self::new(TorqueParams {
+            bias_std: 1.0,
+            linear_std: vec![1.0; 3 * n_joints],
+            signal_std: 1.0,
+            length_scales: vec![1.0; 3 * n_joints],
+            coulomb_std,
+        })
+        .expect("ones are positive and counted above")
+    }
+
+    /// The hyperparameters by name.
+    pub fn named_params(&self) -> TorqueParams {
+        TorqueParams {
+            bias_std: self.constant().bias_std(),
+            linear_std: self.linear().linear_std().to_vec(),
+            signal_std: self.se().signal_std(),
+            length_scales: self.se().length_scales().to_vec(),
+            coulomb_std: self.coulomb.as_ref().map(|c| c.coulomb_std().to_vec()),
+        }
+    }
+
+    /// With or without friction.
+    pub fn form(&self) -> TorqueForm {
+        match self.coulomb {
+            None => TorqueForm::Smooth,
+            Some(_) => TorqueForm::Coulomb,
+        }
+    }
+
+    /// Number of joints ℓ.
+    pub fn n_joints(&self) -> usize {
+        self.se().length_scales().len() / 3
+    }
+
+    /// The bias term.
+    pub fn constant(&self) -> &Constant {
+        self.smooth.first().first()
+    }
+
+    /// The linear term.
+    pub fn linear(&self) -> &LinearArd {
+        self.smooth.first().second()
+    }
+
+    /// The squared-exponential term.
+    pub fn se(&self) -> &SeArd {
+        self.smooth.second()
+    }
+
+    /// The Coulomb term, if there is one.
+    pub fn coulomb(&self) -> Option<&Coulomb> {
+        self.coulomb.as_ref()
+    }
+}
+
+fn expect_count(name: &'static str, found: usize, expected: usize) -> Result<(), KernelError> {
+    if found == expected && found > 0 {
+        return Ok(());
+    }
+    Err(KernelError::WrongCount {
+        name,
+        found,
+        expected: expected.max(1),
+    })
+}
+
+impl Covariance for TorqueCovariance {
+    fn layout(&self) -> ParamLayout {
+        let layout = self.smooth.layout();
+        match &self.coulomb {
+            Some(coulomb) => layout.followed_by(coulomb.layout()),
+            None => layout,
+        }
+    }
+
+    fn params(&self) -> Vec<f64> {
+        let mut theta = self.smooth.params();
+        if let Some(coulomb) = &self.coulomb {
+            theta.extend(coulomb.params());
+        }
+        theta
+    }
+
+    fn set_params(&mut self, theta: &[f64]) {
+        let (smooth, friction) = theta.split_at(self.smooth.n_params());
+        self.smooth.set_params(smooth);
+        match &mut self.coulomb {
+            Some(coulomb) => coulomb.set_params(friction),
+            None => assert!(friction.is_empty(), "more hyperparameters than GP¬c has"),
+        }
+    }
+
+    fn add_gram(&self, x: MatRef<'_, f64>, mut out: MatMut<'_, f64>) {
+        self.smooth.add_gram(x, out.as_mut());
+        if let Some(coulomb) = &self.coulomb {
+            coulomb.add_gram(x, out);
+        }
+    }
+
+    fn add_cross(&self, x1: MatRef<'_, f64>, x2: MatRef<'_, f64>, mut out: MatMut<'_, f64>) {
+        self.smooth.add_cross(x1, x2, out.as_mut());
+        if let Some(coulomb) = &self.coulomb {
+            coulomb.add_cross(x1, x2, out);
+        }
+    }
+
+    fn add_diag(&self, x: MatRef<'_, f64>, out: &mut [f64]) {
+        self.smooth.add_diag(x, out);
+        if let Some(coulomb) = &self.coulomb {
+            coulomb.add_diag(x, out);
+        }
+    }
+
+    fn gram_adjoint(&self, x: MatRef<'_, f64>, adjoint: MatRef<'_, f64>, gradient: &mut [f64]) {
+        let (smooth, friction) = gradient.split_at_mut(self.smooth.n_params());
+        self.smooth.gram_adjoint(x, adjoint, smooth);
+        if let Some(coulomb) = &self.coulomb {
+            coulomb.gram_adjoint(x, adjoint, friction);
+        }
+    }
+}
