@@ -1,0 +1,312 @@
+//! The XML of a URDF before `urdf-rs` sees it: what is stated, what is missing, what is not allowed.
+//!
+//! Every element that enters the dynamics is checked here, because only here its line is known.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use roxmltree::{Document, Node, TextPos};
+
+use crate::error::DynError;
+use crate::warning::Warning;
+
+/// What `urdf-rs` cannot tell about a file.
+#[derive(Debug, Default)]
+pub(super) struct Scan {
+    /// Links with an `<inertial>`.
+    pub inertials: BTreeSet<String>,
+    /// Joints with a `<limit>`, and which ends of the range it states.
+    pub limits: BTreeMap<String, StatedLimits>,
+    /// Reductions other than one, in the order of the file.
+    pub transmissions: Vec<Transmission>,
+}
+
+/// Which ends of a joint's range are stated.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StatedLimits {
+    pub lower: bool,
+    pub upper: bool,
+}
+
+/// A `<transmission>` with a reduction.
+#[derive(Debug)]
+pub(super) struct Transmission {
+    pub joint: String,
+    reduction: String,
+    line: u32,
+}
+
+impl Transmission {
+    pub(super) fn warning(&self) -> Warning {
+        Warning::TransmissionNotRead {
+            joint: self.joint.clone(),
+            reduction: self.reduction.clone(),
+            line: self.line,
+        }
+    }
+}
+
+/// Scans the text of a URDF; `file` is its name in messages.
+///
+/// # Errors
+/// `DynError::Malformed` and `DynError::UnsupportedJoint`, both with the line.
+pub(super) fn scan(file: &str, text: &str) -> Result<Scan, DynError> {
+    let document = Document::parse(text).map_err(|error| not_xml(file, &error))?;
+    let scanner = Scanner { file, document: &document };
+    scanner.refuse_other_formats()?;
+
+    let mut scan = Scan::default();
+    for node in document.root_element().children().filter(Node::is_element) {
+        match node.tag_name().name() {
+            "link" => scanner.link(node, &mut scan)?,
+            "joint" => scanner.joint(node, &mut scan)?,
+            "transmission" => scan.transmissions.extend(scanner.transmission(node)),
+            _ => {} // <gazebo>, <material>, <sensor> and custom tags say nothing about dynamics
+        }
+    }
+    Ok(scan)
+}
+
+fn not_xml(file: &str, error: &roxmltree::Error) -> DynError {
+    let reason = match error {
+        roxmltree::Error::UnknownNamespace(prefix, _) if prefix == "xacro" => XACRO.to_owned(),
+        roxmltree::Error::UnknownNamespace(prefix, _) => format!(
+            "the XML prefix `{prefix}:` is not declared; hint: declare it in the first tag, \
+             <robot xmlns:{prefix}=\"…\">, or remove the tags that use it"
+        ),
+        // The message of roxmltree ends with " at line:column", which is said in front already.
+        other => {
+            let text = other.to_string();
+            let text = text.rsplit_once(" at ").map_or(text.as_str(), |(head, _)| head);
+            format!("not well-formed XML: {text}")
+        }
+    };
+    malformed(file, error.pos(), reason)
+}
+
+const XACRO: &str = "this is a xacro file, not a URDF; hint: expand it first, \
+                     `xacro robot.urdf.xacro > robot.urdf`";
+
+fn malformed(file: &str, at: TextPos, reason: String) -> DynError {
+    DynError::Malformed { file: file.to_owned(), line: at.row, column: at.col, reason }
+}
+
+struct Scanner<'a, 'text> {
+    file: &'a str,
+    document: &'a Document<'text>,
+}
+
+impl Scanner<'_, '_> {
+    fn position(&self, node: Node) -> TextPos {
+        self.document.text_pos_at(node.range().start)
+    }
+
+    fn malformed(&self, node: Node, reason: String) -> DynError {
+        malformed(self.file, self.position(node), reason)
+    }
+
+    fn unsupported(&self, node: Node, name: &str, reason: String) -> DynError {
+        let line = self.position(node).row;
+        DynError::UnsupportedJoint { file: self.file.to_owned(), line, joint: name.to_owned(), reason }
+    }
+
+    /// Refuses what is not a `<robot>`, and xacro, told by its elements or by `${…}` and `$(…)`.
+    fn refuse_other_formats(&self) -> Result<(), DynError> {
+        let root = self.document.root_element();
+        if root.tag_name().name() != "robot" {
+            let name = root.tag_name().name();
+            let reason = format!("the first tag is <{name}>, a URDF starts with <robot>");
+            return Err(self.malformed(root, reason));
+        }
+        let is_macro = |text: &str| text.contains("${") || text.contains("$(");
+        for node in root.descendants().filter(Node::is_element) {
+            let is_xacro = node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
+            let in_plain_tag = node.tag_name().namespace().is_none();
+            if is_xacro || (in_plain_tag && node.attributes().any(|a| is_macro(a.value()))) {
+                return Err(self.malformed(node, XACRO.to_owned()));
+            }
+        }
+        Ok(())
+    }
+
+    fn link(&self, node: Node, scan: &mut Scan) -> Result<(), DynError> {
+        let name = self.attribute(node, "link", "name")?;
+        let owner = format!("link `{name}`");
+        let Some(inertial) = self.at_most_one(node, &owner, "inertial")? else {
+            return Ok(());
+        };
+        let mass = self.exactly_one(inertial, &owner, "mass")?;
+        self.number(mass, &owner, "value")?;
+        let inertia = self.exactly_one(inertial, &owner, "inertia")?;
+        for key in ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"] {
+            self.number(inertia, &owner, key)?;
+        }
+        self.origin(inertial, &owner)?;
+        scan.inertials.insert(name.to_owned());
+        Ok(())
+    }
+
+    fn joint(&self, node: Node, scan: &mut Scan) -> Result<(), DynError> {
+        let name = self.attribute(node, "joint", "name")?;
+        let owner = format!("joint `{name}`");
+        self.kind(node, name, &owner)?;
+        for end in ["parent", "child"] {
+            let end = self.exactly_one(node, &owner, end)?;
+            self.attribute(end, &owner, "link")?;
+        }
+        self.origin(node, &owner)?;
+        if let Some(axis) = self.at_most_one(node, &owner, "axis")? {
+            self.vector(axis, &owner, "xyz")?;
+        }
+        if let Some(dynamics) = self.at_most_one(node, &owner, "dynamics")? {
+            self.stated_number(dynamics, &owner, "damping")?;
+            self.stated_number(dynamics, &owner, "friction")?;
+        }
+        if let Some(limit) = self.at_most_one(node, &owner, "limit")? {
+            scan.limits.insert(name.to_owned(), self.limit(limit, &owner)?);
+        }
+        Ok(())
+    }
+
+    /// Refuses the joints that are not one number each.
+    fn kind(&self, node: Node, name: &str, owner: &str) -> Result<(), DynError> {
+        match self.attribute(node, owner, "type")? {
+            "revolute" | "continuous" | "prismatic" | "fixed" => {}
+            kind @ ("planar" | "floating" | "spherical") => {
+                let reason = format!(
+                    "is {kind}: only revolute, continuous, prismatic and fixed joints are supported"
+                );
+                return Err(self.unsupported(node, name, reason));
+            }
+            other => {
+                let reason = format!("{owner}: type=\"{other}\" is not a joint type of URDF");
+                return Err(self.malformed(node, reason));
+            }
+        }
+        match children(node, "mimic").next() {
+            None => Ok(()),
+            Some(mimic) => {
+                let leader = mimic.attribute("joint").unwrap_or("another joint");
+                let reason = format!(
+                    "mimics `{leader}`: coupled joints are not supported; hint: remove <mimic> to \
+                     treat it as independent, or make the joint fixed"
+                );
+                Err(self.unsupported(mimic, name, reason))
+            }
+        }
+    }
+
+    fn limit(&self, limit: Node, owner: &str) -> Result<StatedLimits, DynError> {
+        self.stated_number(limit, owner, "effort")?;
+        self.number(limit, owner, "velocity")?;
+        Ok(StatedLimits {
+            lower: self.stated_number(limit, owner, "lower")?,
+            upper: self.stated_number(limit, owner, "upper")?,
+        })
+    }
+
+    fn origin(&self, node: Node, owner: &str) -> Result<(), DynError> {
+        let Some(origin) = self.at_most_one(node, owner, "origin")? else {
+            return Ok(());
+        };
+        if origin.has_attribute("quat_xyzw") {
+            let reason = format!("{owner}: quat_xyzw is not supported; write the orientation as rpy");
+            return Err(self.malformed(origin, reason));
+        }
+        for key in ["xyz", "rpy"] {
+            if origin.has_attribute(key) {
+                self.vector(origin, owner, key)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn transmission(&self, node: Node) -> Option<Transmission> {
+        let joint = node.descendants().find(|n| n.has_tag_name("joint"))?.attribute("name")?;
+        let tag = node.descendants().find(|n| n.has_tag_name("mechanicalReduction"))?;
+        let reduction = tag.text()?.trim();
+        let is_one = reduction.parse::<f64>().is_ok_and(|r| (r - 1.0).abs() <= 0.0);
+        (!is_one).then(|| Transmission {
+            joint: joint.to_owned(),
+            reduction: reduction.to_owned(),
+            line: self.position(tag).row,
+        })
+    }
+
+    fn at_most_one<'n, 'i>(
+        &self,
+        node: Node<'n, 'i>,
+        owner: &str,
+        tag: &str,
+    ) -> Result<Option<Node<'n, 'i>>, DynError> {
+        let mut found = children(node, tag);
+        let first = found.next();
+        match found.next() {
+            None => Ok(first),
+            Some(second) => {
+                Err(self.malformed(second, format!("{owner} has more than one <{tag}>")))
+            }
+        }
+    }
+
+    fn exactly_one<'n, 'i>(
+        &self,
+        node: Node<'n, 'i>,
+        owner: &str,
+        tag: &str,
+    ) -> Result<Node<'n, 'i>, DynError> {
+        self.at_most_one(node, owner, tag)?.ok_or_else(|| {
+            let parent = node.tag_name().name();
+            self.malformed(node, format!("{owner}: <{parent}> has no <{tag}>"))
+        })
+    }
+
+    fn attribute<'n>(&self, node: Node<'n, '_>, owner: &str, key: &str) -> Result<&'n str, DynError> {
+        node.attribute(key).ok_or_else(|| {
+            let tag = node.tag_name().name();
+            self.malformed(node, format!("{owner}: <{tag}> has no attribute `{key}`"))
+        })
+    }
+
+    /// Checks a number that must be there.
+    fn number(&self, node: Node, owner: &str, key: &str) -> Result<(), DynError> {
+        let text = self.attribute(node, owner, key)?;
+        self.finite(node, owner, key, text)
+    }
+
+    /// Checks a number that may be absent; true if it is there.
+    fn stated_number(&self, node: Node, owner: &str, key: &str) -> Result<bool, DynError> {
+        match node.attribute(key) {
+            None => Ok(false),
+            Some(text) => self.finite(node, owner, key, text).map(|()| true),
+        }
+    }
+
+    /// Checks three numbers; `urdf-rs` skips words among them.
+    fn vector(&self, node: Node, owner: &str, key: &str) -> Result<(), DynError> {
+        let text = self.attribute(node, owner, key)?;
+        let n_words = text.split_whitespace().count();
+        if n_words != 3 {
+            let tag = node.tag_name().name();
+            let reason = format!("{owner}: <{tag} {key}=\"{text}\"> has {n_words} numbers, not 3");
+            return Err(self.malformed(node, reason));
+        }
+        text.split_whitespace().try_for_each(|word| self.finite(node, owner, key, word))
+    }
+
+    fn finite(&self, node: Node, owner: &str, key: &str, text: &str) -> Result<(), DynError> {
+        match text.trim().parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(()),
+            _ => {
+                let tag = node.tag_name().name();
+                let reason = format!("{owner}: <{tag} {key}>: `{text}` is not a finite number");
+                Err(self.malformed(node, reason))
+            }
+        }
+    }
+}
+
+/// The children of a node with this tag, which is never in a namespace.
+fn children<'n, 'i: 'n>(node: Node<'n, 'i>, tag: &str) -> impl Iterator<Item = Node<'n, 'i>> {
+    let tag = tag.to_owned();
+    node.children().filter(move |child| child.has_tag_name(tag.as_str()))
+}
