@@ -162,7 +162,7 @@ pub fn description() -> RobotDescription {
             drive: drive(row),
             ..JointDescription::new(
                 &format!("joint{number}"),
-                JointKind::Revolute,
+                JointKind::Continuous,
                 &parent,
                 &child,
             )
