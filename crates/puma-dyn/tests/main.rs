@@ -1,0 +1,4 @@
+//! Cross-module tests of puma-dyn, one module per subject.
+
+mod inverse_kin;
+mod urdf_traps;
