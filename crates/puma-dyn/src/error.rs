@@ -162,6 +162,9 @@ pub enum DynError {
         /// What is wrong, with the key or the line.
         reason: String,
     },
+    /// A robot file has no joint that moves.
+    #[error("the robot has no moving joint")]
+    NoMovingJoint,
     /// A file cannot be read.
     #[error("cannot read {file}: {reason}")]
     Unreadable {
