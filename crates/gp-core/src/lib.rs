@@ -1,1 +1,21 @@
-//! Placeholder.
+#![doc = include_str!("../README.md")]
+
+mod bayes_linear;
+mod cholesky;
+mod data;
+mod error;
+mod fit;
+mod init;
+mod log_marginal;
+pub mod optimize;
+mod posterior;
+
+pub use bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};
+pub use cholesky::Factor;
+pub use error::GpError;
+pub use fit::{Fit, FitOptions, FitReport, StartReport, Starts, fit, fit_from};
+pub use init::{StartKind, StartPoint, chapter_start, varied_start};
+pub use log_marginal::{
+    LogMarginal, log_marginal_likelihood, log_marginal_likelihood_with_gradient,
+};
+pub use posterior::{Posterior, Prediction};

@@ -1,0 +1,62 @@
+//! The checks that inputs and targets must pass before anything is computed from them.
+
+use faer::MatRef;
+
+use crate::error::GpError;
+
+/// Fails on the first input that is NaN or infinite, row by row.
+pub(crate) fn require_finite_inputs(x: MatRef<'_, f64>) -> Result<(), GpError> {
+    for row in 0..x.nrows() {
+        for column in 0..x.ncols() {
+            let value = x[(row, column)];
+            if !value.is_finite() {
+                return Err(GpError::NonFiniteInput { row, column, value });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Fails unless there is one finite target per row of finite inputs, and enough of them.
+pub(crate) fn require_training_data(
+    x: MatRef<'_, f64>,
+    targets: &[f64],
+    needed: usize,
+) -> Result<(), GpError> {
+    if x.nrows() != targets.len() {
+        return Err(GpError::CountMismatch {
+            n_inputs: x.nrows(),
+            n_targets: targets.len(),
+        });
+    }
+    if targets.len() < needed {
+        return Err(GpError::TooFewSamples {
+            n_samples: targets.len(),
+            needed,
+        });
+    }
+    require_finite_inputs(x)?;
+    match targets.iter().position(|t| !t.is_finite()) {
+        None => Ok(()),
+        Some(row) => Err(GpError::NonFiniteTarget {
+            row,
+            value: targets[row],
+        }),
+    }
+}
+
+/// Fails unless σ is finite and above zero.
+pub(crate) fn require_noise(noise_std: f64) -> Result<(), GpError> {
+    if noise_std.is_finite() && noise_std > 0.0 {
+        return Ok(());
+    }
+    Err(GpError::BadNoise { value: noise_std })
+}
+
+/// Number of joints ℓ of inputs with 3ℓ columns.
+pub(crate) fn joints_of(x: MatRef<'_, f64>) -> Result<usize, GpError> {
+    match (x.ncols() / 3, x.ncols() % 3) {
+        (n_joints, 0) if n_joints > 0 => Ok(n_joints),
+        _ => Err(GpError::NotThreePerJoint { columns: x.ncols() }),
+    }
+}

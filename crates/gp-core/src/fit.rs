@@ -1,0 +1,314 @@
+//! Learning the hyperparameters of one joint's torque by maximum marginal likelihood.
+
+use faer::MatRef;
+use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueForm};
+
+use crate::data::{joints_of, require_training_data};
+use crate::error::GpError;
+use crate::init::{StartKind, StartPoint, chapter_start, varied_start};
+use crate::log_marginal::LogMarginal;
+use crate::optimize::{MinimizeOptions, Minimum, Reparametrised, StopReason, minimize};
+use crate::posterior::Posterior;
+
+/// From where the search sets out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Starts {
+    /// Eq. (22) alone.
+    Chapter,
+    /// Eq. (22) and variations of it; the highest likelihood is kept.
+    Several,
+}
+
+impl Starts {
+    fn kinds(self) -> &'static [StartKind] {
+        match self {
+            Self::Chapter => &[StartKind::Chapter],
+            Self::Several => &[
+                StartKind::Chapter,
+                StartKind::DoubleLengthScales,
+                StartKind::TypicalPairs,
+                StartKind::TypicalPairsLowNoise,
+            ],
+        }
+    }
+}
+
+/// How long and how hard to search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitOptions {
+    /// The starts.
+    pub starts: Starts,
+    /// Likelihoods with gradient that each start may use.
+    pub max_evaluations: usize,
+    /// Converged when no component of the projected gradient with respect to the
+    /// logarithms of the hyperparameters is larger, in nats.
+    pub gradient_tolerance: f64,
+    /// Stalled when an iteration gains less than this, in nats.
+    pub value_tolerance: f64,
+}
+
+impl FitOptions {
+    /// Eq. (22) alone, with up to 300 evaluations.
+    pub fn chapter() -> Self {
+        Self {
+            starts: Starts::Chapter,
+            max_evaluations: 300,
+            gradient_tolerance: 1e-3,
+            value_tolerance: 1e-5,
+        }
+    }
+
+    /// Several starts, with up to 300 evaluations each.
+    pub fn several() -> Self {
+        Self {
+            starts: Starts::Several,
+            ..Self::chapter()
+        }
+    }
+}
+
+/// A joint's torque, learned.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The process with the hyperparameters found, conditioned on the data.
+    pub posterior: Posterior<TorqueCovariance>,
+    /// How the hyperparameters were found.
+    pub report: FitReport,
+}
+
+impl Fit {
+    /// The covariance with the hyperparameters found.
+    pub fn covariance(&self) -> &TorqueCovariance {
+        self.posterior.covariance()
+    }
+
+    /// The noise standard deviation found, in target units.
+    pub fn noise_std(&self) -> f64 {
+        self.posterior.noise_std()
+    }
+}
+
+/// What one start led to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StartReport {
+    /// Which start.
+    pub kind: StartKind,
+    /// Log marginal likelihood at the start; `None` if it has none.
+    pub initial_log_marginal: Option<f64>,
+    /// Log marginal likelihood at the end; −∞ if the start has none.
+    pub log_marginal: f64,
+    /// L-BFGS iterations.
+    pub iterations: usize,
+    /// Likelihoods with gradient.
+    pub evaluations: usize,
+    /// Restarts from steepest descent after a failed line search or a stall.
+    pub recoveries: usize,
+    /// Largest component of the projected gradient at the end.
+    pub projected_gradient: f64,
+    /// Why the search ended.
+    pub stop: StopReason,
+}
+
+/// How a fit was found and what help it needed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitReport {
+    /// Log marginal likelihood of the fit, natural log, summed over the data.
+    pub log_marginal: f64,
+    /// Every start, in the order tried.
+    pub starts: Vec<StartReport>,
+    /// Index in `starts` of the one that won.
+    pub winner: usize,
+    /// Hyperparameters that ended on a bound, by name.
+    pub bounds_hit: Vec<String>,
+    /// What was added to the diagonal beyond σ²: always 0 here, as nothing ever is.
+    pub jitter_added: f64,
+    /// A lower bound on the condition number of K + σ²I.
+    pub condition_lower_bound: f64,
+    /// Wall-clock seconds; the library has no clock, so only a caller fills it.
+    pub seconds: Option<f64>,
+}
+
+impl FitReport {
+    /// The start that won.
+    pub fn winning_start(&self) -> &StartReport {
+        &self.starts[self.winner]
+    }
+
+    /// Evaluations of all starts together.
+    pub fn evaluations(&self) -> usize {
+        self.starts.iter().map(|start| start.evaluations).sum()
+    }
+
+    /// Recoveries of all starts together.
+    pub fn recoveries(&self) -> usize {
+        self.starts.iter().map(|start| start.recoveries).sum()
+    }
+}
+
+/// Learns a joint's torque from data, without (GP¬c) or with (GPc) friction.
+///
+/// Maximises eq. (8) over the hyperparameters under σ² ≥ 10⁻⁴ and u ≤ 100, from
+/// each start in turn, and keeps the highest likelihood.
+/// Sequential and deterministic.
+/// # Shapes
+/// `x` (n, 3ℓ) with columns (q, q̇, q̈) in rad, rad/s, rad/s²; `targets` (n,), N·m.
+/// # Errors
+/// Fewer than 2 samples, data that is not finite (with its row and column) or
+/// does not match, columns that are not three per joint, or no start with a
+/// finite likelihood.
+/// # Source
+/// Sec. 3 and A.1.
+pub fn fit(
+    x: MatRef<'_, f64>,
+    targets: &[f64],
+    form: TorqueForm,
+    options: &FitOptions,
+) -> Result<Fit, GpError> {
+    let chapter = chapter_start(x, targets, form)?;
+    let starts = (options.starts.kinds().iter())
+        .map(|kind| varied_start(&chapter, *kind))
+        .collect::<Result<Vec<_>, _>>()?;
+    fit_from(x, targets, &starts, options)
+}
+
+/// Learns a joint's torque from starts of the caller's choice, such as a fit to fewer data.
+///
+/// `options.starts` is not used.
+/// # Errors
+/// As for [`fit`]; also [`GpError::WrongCovariates`] for a start of another robot.
+pub fn fit_from(
+    x: MatRef<'_, f64>,
+    targets: &[f64],
+    starts: &[StartPoint],
+    options: &FitOptions,
+) -> Result<Fit, GpError> {
+    require_training_data(x, targets, 2)?;
+    let n_joints = joints_of(x)?;
+    if let Some(other) = starts.iter().find(|s| s.covariance.n_joints() != n_joints) {
+        return Err(GpError::WrongCovariates {
+            found: x.ncols(),
+            expected: 3 * other.covariance.n_joints(),
+        });
+    }
+
+    let mut evidence = LogMarginal::new(x, targets);
+    let ends: Vec<SearchEnd> = (starts.iter())
+        .map(|start| search(&mut evidence, start, options))
+        .collect();
+    let winner = highest(&ends).ok_or(GpError::NoUsableStart {
+        n_starts: starts.len(),
+    })?;
+
+    let mut covariance = starts[winner].covariance.clone();
+    let (theta, noise_std) = split_noise(&ends[winner].theta);
+    covariance.set_params(theta);
+    let layout = fit_layout(&covariance);
+    let posterior = Posterior::new(covariance, noise_std, x, targets)?;
+    let report = FitReport {
+        log_marginal: ends[winner].report.log_marginal,
+        winner,
+        bounds_hit: bounds_hit(&layout, &ends[winner].theta),
+        jitter_added: 0.0,
+        condition_lower_bound: posterior.factor().condition_lower_bound(),
+        seconds: None,
+        starts: ends.into_iter().map(|end| end.report).collect(),
+    };
+    Ok(Fit { posterior, report })
+}
+
+/// Where the search from one start ended: (θ, σ) and its report.
+struct SearchEnd {
+    theta: Vec<f64>,
+    report: StartReport,
+}
+
+/// Hyperparameters of the covariance followed by σ.
+fn fit_layout(covariance: &TorqueCovariance) -> ParamLayout {
+    let noise = Jitter::new(1.0).expect("one is positive");
+    covariance.layout().followed_by(noise.layout())
+}
+
+fn search(evidence: &mut LogMarginal<'_>, start: &StartPoint, options: &FitOptions) -> SearchEnd {
+    let mut covariance = start.covariance.clone();
+    let mut initial_log_marginal = None;
+    let mut is_first = true;
+    let negative_log_marginal = |theta: &[f64], gradient: &mut [f64]| {
+        let (of_covariance, noise_std) = split_noise(theta);
+        covariance.set_params(of_covariance);
+        let outcome = evidence.value_and_gradient(&covariance, noise_std, gradient);
+        if std::mem::take(&mut is_first) {
+            initial_log_marginal = outcome.as_ref().ok().copied();
+        }
+        for component in gradient.iter_mut() {
+            *component = -*component;
+        }
+        outcome.map_or(f64::INFINITY, |value| -value)
+    };
+
+    let mut theta = start.covariance.params();
+    theta.push(start.noise_std);
+    let mut objective = Reparametrised::new(&fit_layout(&start.covariance), negative_log_marginal);
+    let z = objective.unconstrained(&theta);
+    let minimum = minimize(&mut objective, &z, &minimize_options(options));
+    let theta = objective.natural(&minimum.z);
+    drop(objective);
+    SearchEnd {
+        theta,
+        report: start_report(start.kind, initial_log_marginal, &minimum),
+    }
+}
+
+fn minimize_options(options: &FitOptions) -> MinimizeOptions {
+    MinimizeOptions {
+        gradient_tolerance: options.gradient_tolerance,
+        value_tolerance: options.value_tolerance,
+        max_evaluations: options.max_evaluations,
+        max_recoveries: 10,
+    }
+}
+
+fn start_report(
+    kind: StartKind,
+    initial_log_marginal: Option<f64>,
+    minimum: &Minimum,
+) -> StartReport {
+    StartReport {
+        kind,
+        initial_log_marginal,
+        log_marginal: -minimum.value,
+        iterations: minimum.iterations,
+        evaluations: minimum.evaluations,
+        recoveries: minimum.recoveries,
+        projected_gradient: minimum.projected_gradient,
+        stop: minimum.stop,
+    }
+}
+
+/// Index of the highest finite likelihood; the earliest of equals.
+fn highest(ends: &[SearchEnd]) -> Option<usize> {
+    let mut best: Option<usize> = None;
+    for (idx, end) in ends.iter().enumerate() {
+        let value = end.report.log_marginal;
+        let is_higher = best.is_none_or(|best| value > ends[best].report.log_marginal);
+        if value.is_finite() && is_higher {
+            best = Some(idx);
+        }
+    }
+    best
+}
+
+/// (θ of the covariance, σ).
+///
+/// # Panics
+/// If there is no σ.
+fn split_noise(theta: &[f64]) -> (&[f64], f64) {
+    let (noise_std, of_covariance) = theta.split_last().expect("σ is the last hyperparameter");
+    (of_covariance, *noise_std)
+}
+
+fn bounds_hit(layout: &ParamLayout, theta: &[f64]) -> Vec<String> {
+    (layout.specs().iter().zip(theta))
+        .filter(|(spec, value)| spec.transform.is_at_bound(**value))
+        .map(|(spec, _)| spec.to_string())
+        .collect()
+}

@@ -1,0 +1,149 @@
+//! The starting values of eq. (22), from the moments of the data.
+
+use faer::MatRef;
+use kernels::{
+    LINEAR_STD_CEILING, NOISE_VAR_FLOOR, TorqueCovariance, TorqueForm, TorqueParams, Transform,
+};
+
+use crate::data::{joints_of, require_training_data};
+use crate::error::GpError;
+
+/// A column whose spread is below this part of its size is taken for constant.
+const CONSTANT_COLUMN: f64 = 1e-12;
+
+/// Hyperparameters from which a search sets out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StartPoint {
+    /// What makes this start different from the others.
+    pub kind: StartKind,
+    /// The covariance with its hyperparameters.
+    pub covariance: TorqueCovariance,
+    /// σ, in target units.
+    pub noise_std: f64,
+}
+
+/// The starts that a fit may try.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum StartKind {
+    /// Eq. (22) as it stands.
+    Chapter,
+    /// Eq. (22) with length scales times two.
+    DoubleLengthScales,
+    /// Eq. (22) with length scales times √(3ℓ), so that typical pairs are
+    /// one length scale apart in all covariates together.
+    TypicalPairs,
+    /// As [`StartKind::TypicalPairs`], with σ² = 10⁻⁴ t̄².
+    TypicalPairsLowNoise,
+    /// Given by the caller.
+    Given,
+}
+
+/// Starting values of eq. (22).
+///
+/// ```text
+/// b² = v² = ¼ t̄²,  u_j² = ¼ t̄²/(3ℓ s_j),  w_j² = ¼ t̄²/ℓ,  σ² = 0.01 t̄²,  l_j² = s_j − m_j²
+/// ```
+/// with t̄² the mean of the squared targets, m_j and s_j the mean of covariate j
+/// and of its square.
+/// Where the formula has no usable value: t̄² = 0 counts as 100 times the floor of
+/// σ²; a covariate that is always zero counts as s_j = 1; a constant covariate has
+/// l_j = 1; u_j and σ² are moved inside their bounds.
+/// # Errors
+/// Fewer than 2 samples, data that is not finite or does not match, or columns
+/// that are not three per joint.
+/// # Source
+/// Eq. (22), A.1.
+pub fn chapter_start(
+    x: MatRef<'_, f64>,
+    targets: &[f64],
+    form: TorqueForm,
+) -> Result<StartPoint, GpError> {
+    require_training_data(x, targets, 2)?;
+    let n_joints = joints_of(x)?;
+    let target_power = mean_square(targets.iter().copied());
+    let target_power = if target_power > 0.0 {
+        target_power
+    } else {
+        100.0 * NOISE_VAR_FLOOR
+    };
+    let share = 0.25 * target_power;
+    let n_covariates = 3 * n_joints;
+
+    let columns = 0..n_covariates;
+    let params = TorqueParams {
+        bias_std: share.sqrt(),
+        linear_std: columns
+            .clone()
+            .map(|j| linear_std_start(x, j, share / n_covariates as f64))
+            .collect(),
+        signal_std: share.sqrt(),
+        length_scales: columns.map(|j| length_scale_start(x, j)).collect(),
+        coulomb_std: match form {
+            TorqueForm::Smooth => None,
+            TorqueForm::Coulomb => Some(vec![(share / n_joints as f64).sqrt(); n_joints]),
+        },
+    };
+    let noise_bound = Transform::SquareAbove {
+        floor: NOISE_VAR_FLOOR,
+    };
+    Ok(StartPoint {
+        kind: StartKind::Chapter,
+        covariance: TorqueCovariance::new(params)?,
+        noise_std: noise_bound.clamp_inside((0.01 * target_power).sqrt()),
+    })
+}
+
+/// A start derived from that of eq. (22).
+///
+/// # Errors
+/// [`GpError::Kernel`] if scaling takes a hyperparameter out of double precision.
+pub fn varied_start(chapter: &StartPoint, kind: StartKind) -> Result<StartPoint, GpError> {
+    let n_covariates = 3.0 * chapter.covariance.n_joints() as f64;
+    let (stretch, noise_var_factor): (f64, f64) = match kind {
+        StartKind::Chapter | StartKind::Given => (1.0, 1.0),
+        StartKind::DoubleLengthScales => (2.0, 1.0),
+        StartKind::TypicalPairs => (n_covariates.sqrt(), 1.0),
+        StartKind::TypicalPairsLowNoise => (n_covariates.sqrt(), 0.01),
+    };
+    let mut params = chapter.covariance.named_params();
+    for length_scale in &mut params.length_scales {
+        *length_scale *= stretch;
+    }
+    let noise_bound = Transform::SquareAbove {
+        floor: NOISE_VAR_FLOOR,
+    };
+    Ok(StartPoint {
+        kind,
+        covariance: TorqueCovariance::new(params)?,
+        noise_std: noise_bound.clamp_inside(chapter.noise_std * noise_var_factor.sqrt()),
+    })
+}
+
+/// u_j with u_j² s_j = `share`.
+fn linear_std_start(x: MatRef<'_, f64>, column: usize, share: f64) -> f64 {
+    let power = mean_square(x.col(column).iter().copied());
+    let power = if power > 0.0 { power } else { 1.0 };
+    let bound = Transform::Below {
+        ceiling: LINEAR_STD_CEILING,
+    };
+    bound.clamp_inside((share / power).sqrt())
+}
+
+/// l_j with l_j² = s_j − m_j², formed from deviations so that nothing cancels.
+fn length_scale_start(x: MatRef<'_, f64>, column: usize) -> f64 {
+    let values = || x.col(column).iter().copied();
+    let mean = values().sum::<f64>() / x.nrows() as f64;
+    let spread = mean_square(values().map(|value| value - mean)).sqrt();
+    let size = mean_square(values()).sqrt();
+    if spread > CONSTANT_COLUMN * size {
+        spread
+    } else {
+        1.0
+    }
+}
+
+fn mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len() as f64;
+    values.map(|value| value * value).sum::<f64>() / count
+}

@@ -1,0 +1,33 @@
+//! Minimisation of a smooth function under bounds, knowing nothing of Gaussian processes.
+
+mod bounds;
+mod lbfgs;
+mod line_search;
+
+pub(crate) use bounds::Reparametrised;
+pub use lbfgs::{MinimizeOptions, Minimum, StopReason, minimize};
+
+/// A smooth function on R^p that may be undefined in places.
+pub trait Objective {
+    /// Value at `z`, with the gradient written to `gradient`.
+    ///
+    /// Where the function is undefined the value is +∞ (never NaN) and the
+    /// gradient is ignored; a search backs away from such points.
+    fn value_and_gradient(&mut self, z: &[f64], gradient: &mut [f64]) -> f64;
+
+    /// Largest component of the gradient that a bound does not excuse.
+    ///
+    /// Convergence is judged by it. Without bounds it is the gradient's largest component.
+    fn projected_gradient(&self, z: &[f64], gradient: &[f64]) -> f64 {
+        let _ = z;
+        gradient.iter().fold(0.0, |largest, g| g.abs().max(largest))
+    }
+
+    /// A point away from the bounds that hold `z` although the function falls inwards.
+    ///
+    /// `None` if there is no such bound.
+    fn released(&self, z: &[f64], gradient: &[f64], tolerance: f64) -> Option<Vec<f64>> {
+        let _ = (z, gradient, tolerance);
+        None
+    }
+}
