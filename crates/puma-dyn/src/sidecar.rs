@@ -22,8 +22,8 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::description::{Drive, JointDescription, JointKind, RobotDescription};
-use crate::friction::Friction;
 use crate::error::DynError;
+use crate::friction::Friction;
 use crate::urdf::read;
 use crate::warning::Warning;
 
@@ -94,7 +94,8 @@ impl Sidecar {
         let toml: SidecarToml =
             toml::from_str(text).map_err(|error| not_toml(file, text, &error))?;
         for (joint, keys) in &toml.joint {
-            keys.check().map_err(|(key, reason)| refuse(file, joint, key, reason))?;
+            keys.check()
+                .map_err(|(key, reason)| refuse(file, joint, key, reason))?;
         }
         Ok(Self {
             file: file.to_owned(),
@@ -112,7 +113,9 @@ impl Sidecar {
     /// True if the gear ratio of this joint is stated.
     #[must_use]
     pub fn states_gear_ratio(&self, joint: &str) -> bool {
-        self.joints.get(joint).is_some_and(|keys| keys.gear_ratio.is_some())
+        self.joints
+            .get(joint)
+            .is_some_and(|keys| keys.gear_ratio.is_some())
     }
 
     /// Lays the drives of this file over a robot's.
@@ -153,13 +156,21 @@ impl JointKeys {
     /// The first key that is wrong, and why.
     fn check(&self) -> Result<(), (&'static str, String)> {
         let signs = [
-            ("rotor_inertia", self.rotor_inertia, Sign::NotNegative),
-            ("gear_ratio", self.gear_ratio, Sign::NotZero),
-            ("viscous_motor", self.viscous_motor, Sign::NotNegative),
-            ("coulomb_motor_positive", self.coulomb_motor_positive, Sign::NotNegative),
-            ("coulomb_motor_negative", self.coulomb_motor_negative, Sign::NotPositive),
-            ("viscous_joint", self.viscous_joint, Sign::NotNegative),
-            ("coulomb_joint", self.coulomb_joint, Sign::NotNegative),
+            ("rotor_inertia", self.rotor_inertia, Sign::PlusOrZero),
+            ("gear_ratio", self.gear_ratio, Sign::PlusOrMinus),
+            ("viscous_motor", self.viscous_motor, Sign::PlusOrZero),
+            (
+                "coulomb_motor_positive",
+                self.coulomb_motor_positive,
+                Sign::PlusOrZero,
+            ),
+            (
+                "coulomb_motor_negative",
+                self.coulomb_motor_negative,
+                Sign::MinusOrZero,
+            ),
+            ("viscous_joint", self.viscous_joint, Sign::PlusOrZero),
+            ("coulomb_joint", self.coulomb_joint, Sign::PlusOrZero),
         ];
         for (key, value, sign) in signs {
             if let Some(value) = value {
@@ -193,12 +204,13 @@ impl JointKeys {
     /// The frictions of the robot file that these keys replace.
     fn replaced(&self, joint: &JointDescription) -> Vec<Warning> {
         let replaced = |quantity, urdf: f64, key: Option<&'static str>| {
-            key.filter(|_| urdf.abs() > 0.0).map(|key| Warning::FrictionReplaced {
-                joint: joint.name.clone(),
-                quantity,
-                urdf,
-                key,
-            })
+            key.filter(|_| urdf.abs() > 0.0)
+                .map(|key| Warning::FrictionReplaced {
+                    joint: joint.name.clone(),
+                    quantity,
+                    urdf,
+                    key,
+                })
         };
         let drive = &joint.drive;
         [
@@ -217,7 +229,9 @@ impl JointKeys {
 
     fn coulomb_key(&self) -> Option<&'static str> {
         let joint = self.coulomb_joint.map(|_| "coulomb_joint");
-        joint.or(self.coulomb_motor_positive.map(|_| "coulomb_motor_positive"))
+        joint.or(self
+            .coulomb_motor_positive
+            .map(|_| "coulomb_motor_positive"))
     }
 
     fn lay_over(&self, drive: &mut Drive) {
@@ -237,27 +251,36 @@ impl JointKeys {
 
 #[derive(Clone, Copy)]
 enum Sign {
-    NotNegative,
-    NotPositive,
-    NotZero,
+    PlusOrZero,
+    MinusOrZero,
+    PlusOrMinus,
 }
 
 impl Sign {
     fn check(self, value: f64) -> Result<(), String> {
         let (holds, requirement) = match self {
-            Self::NotNegative => (value >= 0.0, "must not be negative"),
-            Self::NotPositive => (value <= 0.0, "must not be positive"),
-            Self::NotZero => (value.abs() > 0.0, "must not be zero"),
+            Self::PlusOrZero => (value >= 0.0, "must not be negative"),
+            Self::MinusOrZero => (value <= 0.0, "must not be positive"),
+            Self::PlusOrMinus => (value.abs() > 0.0, "must not be zero"),
         };
         if !value.is_finite() {
             return Err(format!("= {value}, must be finite"));
         }
-        if holds { Ok(()) } else { Err(format!("= {value}, {requirement}")) }
+        if holds {
+            Ok(())
+        } else {
+            Err(format!("= {value}, {requirement}"))
+        }
     }
 }
 
 fn refuse(file: &str, joint: &str, key: &'static str, reason: String) -> DynError {
-    DynError::Sidecar { file: file.to_owned(), joint: joint.to_owned(), key, reason }
+    DynError::Sidecar {
+        file: file.to_owned(),
+        joint: joint.to_owned(),
+        key,
+        reason,
+    }
 }
 
 /// A TOML error in one line: position, then what is wrong.

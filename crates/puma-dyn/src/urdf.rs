@@ -19,13 +19,14 @@
 //! | inertia no rigid body has | a warning; [`Loaded::strict`] refuses |
 
 mod convert;
+mod element;
 mod scan;
 
 use std::path::Path;
 
 use crate::description::RobotDescription;
-use crate::friction::Friction;
 use crate::error::DynError;
+use crate::friction::Friction;
 use crate::model::Model;
 use crate::sidecar::Sidecar;
 use crate::warning::Warning;
@@ -115,10 +116,31 @@ pub fn parse_urdf(name: &str, text: &str, sidecar: Option<&Sidecar>) -> Result<L
     }
 
     warnings.extend(unread_transmissions(&scan, sidecar));
-    let model = Model::new(&description).map_err(|cause| in_file(name, &description, cause))?;
-    warnings.extend(model.physical_warnings().iter().cloned().map(Warning::Unphysical));
+    let model = build(&description).map_err(|cause| in_file(name, &description, cause))?;
+    warnings.extend(
+        model
+            .physical_warnings()
+            .iter()
+            .cloned()
+            .map(Warning::Unphysical),
+    );
     let friction = sidecar.and_then(Sidecar::friction);
-    Ok(Loaded { description, model, friction, warnings, file: name.to_owned() })
+    Ok(Loaded {
+        description,
+        model,
+        friction,
+        warnings,
+        file: name.to_owned(),
+    })
+}
+
+/// A model, of which a file must make at least one number.
+fn build(description: &RobotDescription) -> Result<Model, DynError> {
+    let model = Model::new(description)?;
+    if model.n_joints() == 0 {
+        return Err(DynError::NoMovingJoint);
+    }
+    Ok(model)
 }
 
 /// The text of a file, or an error with its name.
@@ -132,7 +154,11 @@ pub(crate) fn read(path: &Path) -> Result<String, DynError> {
 /// A reduction is worth a word only where the sidecar does not state the gear itself.
 fn unread_transmissions(scan: &scan::Scan, sidecar: Option<&Sidecar>) -> Vec<Warning> {
     let stated = |joint: &str| sidecar.is_some_and(|s| s.states_gear_ratio(joint));
-    scan.transmissions.iter().filter(|t| !stated(&t.joint)).map(|t| t.warning()).collect()
+    scan.transmissions
+        .iter()
+        .filter(|t| !stated(&t.joint))
+        .map(scan::Transmission::warning)
+        .collect()
 }
 
 /// What the model refuses, with the file's name and, where the cause is a missing tag, a hint.
@@ -141,14 +167,21 @@ fn in_file(file: &str, robot: &RobotDescription, cause: DynError) -> DynError {
         DynError::MasslessSubtree { joint } => massless_hint(robot, joint),
         _ => String::new(),
     };
-    DynError::InFile { file: file.to_owned(), cause: Box::new(cause), hint }
+    DynError::InFile {
+        file: file.to_owned(),
+        cause: Box::new(cause),
+        hint,
+    }
 }
 
 fn massless_hint(robot: &RobotDescription, joint: &str) -> String {
     let Some(joint) = robot.joints.iter().find(|j| j.name == joint) else {
         return String::new();
     };
-    let stated = robot.links.iter().any(|l| l.name == joint.child && l.inertial.is_some());
+    let stated = robot
+        .links
+        .iter()
+        .any(|l| l.name == joint.child && l.inertial.is_some());
     let link = &joint.child;
     if stated {
         format!("; hint: the <inertial> of link `{link}` states zero mass and inertia")

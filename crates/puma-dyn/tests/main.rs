@@ -2,4 +2,10 @@
 
 mod inverse_kin;
 mod scenario;
+mod urdf_arm;
+mod urdf_files;
 mod urdf_traps;
+mod fixture;
+mod pinocchio;
+mod puma_files;
+mod sidecar;

@@ -34,8 +34,13 @@ pub(super) fn convert(
     let mut description = RobotDescription::new(&robot.name);
     let mut warnings = Vec::new();
     for source in &robot.links {
-        let inertial = scan.inertials.contains(&source.name).then(|| inertial(&source.inertial));
-        description.links.push(LinkDescription::new(&source.name, inertial));
+        let inertial = scan
+            .inertials
+            .contains(&source.name)
+            .then(|| inertial(&source.inertial));
+        description
+            .links
+            .push(LinkDescription::new(&source.name, inertial));
     }
     for source in &robot.joints {
         let joint = joint(file, source, scan)?;
@@ -52,7 +57,9 @@ pub(super) fn convert(
 /// ```
 fn inertial(source: &urdf_rs::Inertial) -> Inertial {
     let i = &source.inertia;
-    let tensor = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+    let tensor = Matrix3::new(
+        i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz,
+    );
     let rot_link_inertial = rotation_from_rpy(source.origin.rpy.0);
     let tensor = rot_link_inertial * tensor * rot_link_inertial.transpose();
     Inertial {
@@ -63,11 +70,7 @@ fn inertial(source: &urdf_rs::Inertial) -> Inertial {
     }
 }
 
-fn joint(
-    file: &str,
-    source: &urdf_rs::Joint,
-    scan: &Scan,
-) -> Result<JointDescription, DynError> {
+fn joint(file: &str, source: &urdf_rs::Joint, scan: &Scan) -> Result<JointDescription, DynError> {
     let (parent, child) = (&source.parent.link, &source.child.link);
     let dynamics = source.dynamics.clone().unwrap_or_default();
     Ok(JointDescription {
@@ -104,8 +107,16 @@ fn limits(source: &urdf_rs::Joint, scan: &Scan) -> Option<Limits> {
     let ranged = source.joint_type != urdf_rs::JointType::Continuous;
     let limit = &source.limit;
     Some(Limits {
-        lower: if stated.lower && ranged { limit.lower } else { f64::NEG_INFINITY },
-        upper: if stated.upper && ranged { limit.upper } else { f64::INFINITY },
+        lower: if stated.lower && ranged {
+            limit.lower
+        } else {
+            f64::NEG_INFINITY
+        },
+        upper: if stated.upper && ranged {
+            limit.upper
+        } else {
+            f64::INFINITY
+        },
         effort: limit.effort,
         velocity: limit.velocity,
     })
@@ -127,11 +138,17 @@ fn joint_doubts(
         })
         .collect();
     if let Some(Limits { lower, upper, .. }) = joint.limits.filter(|l| l.lower > l.upper) {
-        doubts.push(Warning::ReversedLimits { joint: joint.name.clone(), lower, upper });
+        doubts.push(Warning::ReversedLimits {
+            joint: joint.name.clone(),
+            lower,
+            upper,
+        });
     }
     let is_stated = scan.inertials.contains(&joint.child);
     if joint.kind != JointKind::Fixed && !is_stated {
-        doubts.push(Warning::NoInertial { link: joint.child.clone() });
+        doubts.push(Warning::NoInertial {
+            link: joint.child.clone(),
+        });
     }
     doubts
 }
@@ -142,8 +159,12 @@ fn angles(
     joint: &JointDescription,
     robot: &urdf_rs::Robot,
 ) -> Vec<(&'static str, f64)> {
-    let mut angles: Vec<(&'static str, f64)> =
-        source.origin.rpy.iter().map(|&a| ("origin rpy", a)).collect();
+    let mut angles: Vec<(&'static str, f64)> = source
+        .origin
+        .rpy
+        .iter()
+        .map(|&a| ("origin rpy", a))
+        .collect();
     if let Some(child) = robot.links.iter().find(|link| link.name == joint.child) {
         let rpy = child.inertial.origin.rpy;
         angles.extend(rpy.iter().map(|&a| ("inertial origin rpy", a)));

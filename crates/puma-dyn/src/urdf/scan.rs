@@ -4,8 +4,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use roxmltree::{Document, Node, TextPos};
+use roxmltree::{Document, Node};
 
+use super::element::{Scanner, children, malformed};
 use crate::error::DynError;
 use crate::warning::Warning;
 
@@ -51,7 +52,10 @@ impl Transmission {
 /// `DynError::Malformed` and `DynError::UnsupportedJoint`, both with the line.
 pub(super) fn scan(file: &str, text: &str) -> Result<Scan, DynError> {
     let document = Document::parse(text).map_err(|error| not_xml(file, &error))?;
-    let scanner = Scanner { file, document: &document };
+    let scanner = Scanner {
+        file,
+        document: &document,
+    };
     scanner.refuse_other_formats()?;
 
     let mut scan = Scan::default();
@@ -76,7 +80,9 @@ fn not_xml(file: &str, error: &roxmltree::Error) -> DynError {
         // The message of roxmltree ends with " at line:column", which is said in front already.
         other => {
             let text = other.to_string();
-            let text = text.rsplit_once(" at ").map_or(text.as_str(), |(head, _)| head);
+            let text = text
+                .rsplit_once(" at ")
+                .map_or(text.as_str(), |(head, _)| head);
             format!("not well-formed XML: {text}")
         }
     };
@@ -86,29 +92,7 @@ fn not_xml(file: &str, error: &roxmltree::Error) -> DynError {
 const XACRO: &str = "this is a xacro file, not a URDF; hint: expand it first, \
                      `xacro robot.urdf.xacro > robot.urdf`";
 
-fn malformed(file: &str, at: TextPos, reason: String) -> DynError {
-    DynError::Malformed { file: file.to_owned(), line: at.row, column: at.col, reason }
-}
-
-struct Scanner<'a, 'text> {
-    file: &'a str,
-    document: &'a Document<'text>,
-}
-
 impl Scanner<'_, '_> {
-    fn position(&self, node: Node) -> TextPos {
-        self.document.text_pos_at(node.range().start)
-    }
-
-    fn malformed(&self, node: Node, reason: String) -> DynError {
-        malformed(self.file, self.position(node), reason)
-    }
-
-    fn unsupported(&self, node: Node, name: &str, reason: String) -> DynError {
-        let line = self.position(node).row;
-        DynError::UnsupportedJoint { file: self.file.to_owned(), line, joint: name.to_owned(), reason }
-    }
-
     /// Refuses what is not a `<robot>`, and xacro, told by its elements or by `${…}` and `$(…)`.
     fn refuse_other_formats(&self) -> Result<(), DynError> {
         let root = self.document.root_element();
@@ -119,9 +103,12 @@ impl Scanner<'_, '_> {
         }
         let is_macro = |text: &str| text.contains("${") || text.contains("$(");
         for node in root.descendants().filter(Node::is_element) {
-            let is_xacro = node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
-            let in_plain_tag = node.tag_name().namespace().is_none();
-            if is_xacro || (in_plain_tag && node.attributes().any(|a| is_macro(a.value()))) {
+            let is_xacro = node
+                .tag_name()
+                .namespace()
+                .is_some_and(|uri| uri.contains("xacro"));
+            let in_urdf = node.tag_name().namespace() == root.tag_name().namespace();
+            if is_xacro || (in_urdf && node.attributes().any(|a| is_macro(a.value()))) {
                 return Err(self.malformed(node, XACRO.to_owned()));
             }
         }
@@ -162,7 +149,8 @@ impl Scanner<'_, '_> {
             self.stated_number(dynamics, &owner, "friction")?;
         }
         if let Some(limit) = self.at_most_one(node, &owner, "limit")? {
-            scan.limits.insert(name.to_owned(), self.limit(limit, &owner)?);
+            scan.limits
+                .insert(name.to_owned(), self.limit(limit, &owner)?);
         }
         Ok(())
     }
@@ -209,7 +197,8 @@ impl Scanner<'_, '_> {
             return Ok(());
         };
         if origin.has_attribute("quat_xyzw") {
-            let reason = format!("{owner}: quat_xyzw is not supported; write the orientation as rpy");
+            let reason =
+                format!("{owner}: quat_xyzw is not supported; write the orientation as rpy");
             return Err(self.malformed(origin, reason));
         }
         for key in ["xyz", "rpy"] {
@@ -221,92 +210,21 @@ impl Scanner<'_, '_> {
     }
 
     fn transmission(&self, node: Node) -> Option<Transmission> {
-        let joint = node.descendants().find(|n| n.has_tag_name("joint"))?.attribute("name")?;
-        let tag = node.descendants().find(|n| n.has_tag_name("mechanicalReduction"))?;
+        let joint = node
+            .descendants()
+            .find(|n| n.has_tag_name("joint"))?
+            .attribute("name")?;
+        let tag = node
+            .descendants()
+            .find(|n| n.has_tag_name("mechanicalReduction"))?;
         let reduction = tag.text()?.trim();
-        let is_one = reduction.parse::<f64>().is_ok_and(|r| (r - 1.0).abs() <= 0.0);
+        let is_one = reduction
+            .parse::<f64>()
+            .is_ok_and(|r| (r - 1.0).abs() <= 0.0);
         (!is_one).then(|| Transmission {
             joint: joint.to_owned(),
             reduction: reduction.to_owned(),
             line: self.position(tag).row,
         })
     }
-
-    fn at_most_one<'n, 'i>(
-        &self,
-        node: Node<'n, 'i>,
-        owner: &str,
-        tag: &str,
-    ) -> Result<Option<Node<'n, 'i>>, DynError> {
-        let mut found = children(node, tag);
-        let first = found.next();
-        match found.next() {
-            None => Ok(first),
-            Some(second) => {
-                Err(self.malformed(second, format!("{owner} has more than one <{tag}>")))
-            }
-        }
-    }
-
-    fn exactly_one<'n, 'i>(
-        &self,
-        node: Node<'n, 'i>,
-        owner: &str,
-        tag: &str,
-    ) -> Result<Node<'n, 'i>, DynError> {
-        self.at_most_one(node, owner, tag)?.ok_or_else(|| {
-            let parent = node.tag_name().name();
-            self.malformed(node, format!("{owner}: <{parent}> has no <{tag}>"))
-        })
-    }
-
-    fn attribute<'n>(&self, node: Node<'n, '_>, owner: &str, key: &str) -> Result<&'n str, DynError> {
-        node.attribute(key).ok_or_else(|| {
-            let tag = node.tag_name().name();
-            self.malformed(node, format!("{owner}: <{tag}> has no attribute `{key}`"))
-        })
-    }
-
-    /// Checks a number that must be there.
-    fn number(&self, node: Node, owner: &str, key: &str) -> Result<(), DynError> {
-        let text = self.attribute(node, owner, key)?;
-        self.finite(node, owner, key, text)
-    }
-
-    /// Checks a number that may be absent; true if it is there.
-    fn stated_number(&self, node: Node, owner: &str, key: &str) -> Result<bool, DynError> {
-        match node.attribute(key) {
-            None => Ok(false),
-            Some(text) => self.finite(node, owner, key, text).map(|()| true),
-        }
-    }
-
-    /// Checks three numbers; `urdf-rs` skips words among them.
-    fn vector(&self, node: Node, owner: &str, key: &str) -> Result<(), DynError> {
-        let text = self.attribute(node, owner, key)?;
-        let n_words = text.split_whitespace().count();
-        if n_words != 3 {
-            let tag = node.tag_name().name();
-            let reason = format!("{owner}: <{tag} {key}=\"{text}\"> has {n_words} numbers, not 3");
-            return Err(self.malformed(node, reason));
-        }
-        text.split_whitespace().try_for_each(|word| self.finite(node, owner, key, word))
-    }
-
-    fn finite(&self, node: Node, owner: &str, key: &str, text: &str) -> Result<(), DynError> {
-        match text.trim().parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(()),
-            _ => {
-                let tag = node.tag_name().name();
-                let reason = format!("{owner}: <{tag} {key}>: `{text}` is not a finite number");
-                Err(self.malformed(node, reason))
-            }
-        }
-    }
-}
-
-/// The children of a node with this tag, which is never in a namespace.
-fn children<'n, 'i: 'n>(node: Node<'n, 'i>, tag: &str) -> impl Iterator<Item = Node<'n, 'i>> {
-    let tag = tag.to_owned();
-    node.children().filter(move |child| child.has_tag_name(tag.as_str()))
 }
