@@ -1,0 +1,90 @@
+//! Eq. (7): the torque covariance against a value worked by hand, and its layout.
+
+use faer::mat;
+use kernels::{Covariance, KernelError, TorqueCovariance, TorqueForm, TorqueParams, Transform};
+
+fn params() -> TorqueParams {
+    TorqueParams {
+        bias_std: 0.5,
+        linear_std: vec![1.0, 2.0, 3.0],
+        signal_std: 2.0,
+        length_scales: vec![1.0, 2.0, 4.0],
+        coulomb_std: Some(vec![1.5]),
+    }
+}
+
+#[test]
+fn torque_covariance_adds_its_four_terms() {
+    let x = mat![[1.0, 2.0, 4.0], [2.0, -2.0, 0.0]];
+    let with = TorqueCovariance::new(params()).unwrap().gram(x.as_ref())[(1, 0)];
+    let without = TorqueCovariance::new(TorqueParams {
+        coulomb_std: None,
+        ..params()
+    })
+    .unwrap()
+    .gram(x.as_ref())[(1, 0)];
+
+    // 0.25 + (1·2 − 4·4 + 9·0) + 4 exp(−½(1 + 4 + 1)), and −2.25 of friction.
+    let smooth = 0.25 - 14.0 + 4.0 * (-3.0_f64).exp();
+    assert!(
+        (without - smooth).abs() <= 32.0 * f64::EPSILON * 14.0,
+        "{without} {smooth}"
+    );
+    assert!(
+        (with - (smooth - 2.25)).abs() <= 32.0 * f64::EPSILON * 14.0,
+        "{with}"
+    );
+}
+
+#[test]
+fn theta_has_the_chapters_counts() {
+    // θ ∈ R^{7ℓ+3} with σ, which is not part of the covariance.
+    for n_joints in [1, 2, 6] {
+        let with = TorqueCovariance::unit(n_joints, TorqueForm::Coulomb);
+        let without = TorqueCovariance::unit(n_joints, TorqueForm::Smooth);
+        assert_eq!(with.n_params(), 7 * n_joints + 2);
+        assert_eq!(without.n_params(), 6 * n_joints + 2);
+    }
+}
+
+#[test]
+fn layout_is_in_theta_order_with_the_chapters_bounds() {
+    let cov = TorqueCovariance::new(params()).unwrap();
+    let layout = cov.layout();
+    assert_eq!(cov.params(), [0.5, 1.0, 2.0, 3.0, 2.0, 1.0, 2.0, 4.0, 1.5]);
+    assert_eq!(layout.range("bias_std"), Some(0..1));
+    assert_eq!(layout.range("linear_std"), Some(1..4));
+    assert_eq!(layout.range("signal_std"), Some(4..5));
+    assert_eq!(layout.range("length_scales"), Some(5..8));
+    assert_eq!(layout.range("coulomb_std"), Some(8..9));
+    assert_eq!(layout.range("noise_std"), None);
+    let below_100 = Transform::Below { ceiling: 100.0 };
+    assert_eq!(layout.specs()[2].transform, below_100);
+    assert_eq!(layout.specs()[5].transform, Transform::Positive);
+}
+
+#[test]
+fn named_parameters_survive_the_round_trip() {
+    let cov = TorqueCovariance::new(params()).unwrap();
+    assert_eq!(cov.named_params(), params());
+}
+
+#[test]
+fn wrong_counts_are_named() {
+    let short = TorqueParams {
+        length_scales: vec![1.0],
+        ..params()
+    };
+    let error = TorqueCovariance::new(short).unwrap_err();
+    let expected = KernelError::WrongCount {
+        name: "length_scales",
+        found: 1,
+        expected: 3,
+    };
+    assert_eq!(error, expected);
+    let two_joints_of_friction = TorqueParams {
+        coulomb_std: Some(vec![1.0, 1.0]),
+        ..params()
+    };
+    assert!(TorqueCovariance::new(two_joints_of_friction).is_err());
+}
