@@ -73,7 +73,10 @@ impl Body {
     /// Pose of the body's frame in its parent's at joint position `q`.
     #[inline]
     pub(crate) fn pose_at(&self, q: f64) -> Pose {
-        let Pose { rotation, translation } = &self.pose;
+        let Pose {
+            rotation,
+            translation,
+        } = &self.pose;
         match self.motion {
             Motion::Revolute => {
                 let (s, c) = q.sin_cos();
@@ -81,9 +84,7 @@ impl Body {
                 let columns = [x * c + y * s, y * c - x * s, rotation.column(2).into()];
                 Pose::new(Matrix3::from_columns(&columns), *translation)
             }
-            Motion::Prismatic => {
-                Pose::new(*rotation, translation + rotation.column(2) * q)
-            }
+            Motion::Prismatic => Pose::new(*rotation, translation + rotation.column(2) * q),
         }
     }
 }
@@ -139,15 +140,16 @@ fn carried_by_ground(
     pose: &Pose,
     ground_accel: &Vector3<f64>,
 ) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
-    (Vector3::zeros(), Vector3::zeros(), pose.rotation.tr_mul(ground_accel))
+    (
+        Vector3::zeros(),
+        Vector3::zeros(),
+        pose.rotation.tr_mul(ground_accel),
+    )
 }
 
 /// ω, ω̇ and a of a body welded to its parent.
 #[inline]
-fn carried_by(
-    parent: &BodyState,
-    pose: &Pose,
-) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
+fn carried_by(parent: &BodyState, pose: &Pose) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
     let accel = parent.accel + parent.tensor * pose.translation;
     (
         pose.rotation.tr_mul(&parent.omega),

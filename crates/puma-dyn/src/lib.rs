@@ -1,44 +1,58 @@
 //! Rigid-body dynamics of robot arms, with motors, friction and payloads, and the PUMA 560 built in.
 
+mod aba;
+mod crba;
 mod description;
 mod dh;
+mod energy;
 mod error;
+mod forward_kin;
 mod friction;
 mod inverse_kin;
 mod inverse_rates;
+mod jacobian;
 mod kinematics;
 mod model;
-mod payload;
 mod path;
+mod payload;
 pub mod puma560;
+mod regressor;
 mod rnea;
 mod scenario;
 mod scenario_file;
 mod sidecar;
 mod spatial;
+mod terms;
 mod trajectory;
 mod urdf;
 mod validate;
 mod warning;
 mod workspace;
 
+pub use aba::aba;
+pub use crba::crba;
 pub use description::{
     Drive, GRAVITY, Inertial, JointDescription, JointKind, Limits, LinkDescription,
     RobotDescription,
 };
 pub use dh::DhLink;
+pub use energy::{kinetic_energy, potential_energy};
 pub use error::DynError;
+pub use forward_kin::forward_kinematics;
 pub use friction::{Effects, Friction};
 pub use inverse_kin::{Arm, Branch, Elbow, Wrist, inverse_kinematics};
 pub use inverse_rates::{JointMotion, inverse_rates};
+pub use jacobian::{FrameMotion, bias_acceleration, jacobian};
 pub use model::{Frame, Model, PhysicalWarning};
 pub use nalgebra;
 pub use path::{FigureOfEight, PointMotion, Tool};
 pub use payload::{AttachedPayload, Context, Payload};
+pub use regressor::{N_PARAMETERS, inertial_parameters, regressor};
 pub use rnea::rnea;
 pub use scenario::{RangeExcess, Scenario};
 pub use sidecar::Sidecar;
 pub use spatial::{Pose, rotation_from_rpy, rotation_x, rotation_y, rotation_z, skew};
+pub use terms::{TorqueTerms, coriolis_torques, gravity_torques, torque_terms};
 pub use trajectory::Trajectory;
 pub use urdf::{Loaded, load_urdf, parse_urdf};
 pub use warning::Warning;

@@ -24,6 +24,7 @@ pub(crate) enum Motion {
 }
 
 /// One moving body: everything the recursions need, side by side in memory.
+#[expect(clippy::struct_field_names, reason = "a rotation names both of its frames")]
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Body {
     pub motion: Motion,
@@ -44,7 +45,6 @@ pub(crate) struct Body {
 struct Joint {
     kind: JointKind,
     limits: Option<Limits>,
-    body_idx: usize,
 }
 
 /// A named frame: every link of the description has one.
@@ -122,7 +122,6 @@ impl Model {
                 .map(|joint| Joint {
                     kind: joint.kind,
                     limits: joint.limits,
-                    body_idx: 0,
                 })
                 .collect(),
             frames: Vec::with_capacity(description.links.len()),
@@ -238,11 +237,6 @@ impl Model {
         &self.friction
     }
 
-    /// The body that a joint moves.
-    pub(crate) fn body_of_joint(&self, joint_idx: usize) -> usize {
-        self.joints[joint_idx].body_idx
-    }
-
     /// Walks the tree from the root, making a frame of every link and a body of every moving joint.
     ///
     /// Of the joints whose parent is placed, the first declared comes next: a description that
@@ -306,7 +300,6 @@ impl Model {
     ) {
         let joint_idx = self.joint_names.iter().position(|name| *name == joint.name);
         let joint_idx = joint_idx.unwrap_or_default(); // every moving joint is in the list
-        self.joints[joint_idx].body_idx = self.bodies.len();
         self.bodies.push(Body {
             motion: match joint.kind {
                 JointKind::Prismatic => Motion::Prismatic,

@@ -44,9 +44,11 @@ impl Payload {
                 let inertia = BodyInertia::from_central(mass, Vector3::from(centre), &tensor);
                 Ok(Self { inertia })
             }
-            Some(reason) => {
-                Err(DynError::Unphysical { what: "payload", name: NAME.to_owned(), reason })
-            }
+            Some(reason) => Err(DynError::Unphysical {
+                what: "payload",
+                name: NAME.to_owned(),
+                reason,
+            }),
         }
     }
 
@@ -74,8 +76,7 @@ impl Payload {
         }
         let [x, y, z] = size.map(|edge| mass * edge * edge / 12.0);
         let r = rotation_from_rpy(rpy);
-        let tensor =
-            r * Matrix3::from_diagonal(&Vector3::new(y + z, x + z, x + y)) * r.transpose();
+        let tensor = r * Matrix3::from_diagonal(&Vector3::new(y + z, x + z, x + y)) * r.transpose();
         let inertia = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|at| tensor[at]);
         Self::new(mass, centre, inertia)
     }
@@ -106,10 +107,13 @@ impl Model {
     pub fn attach(&self, frame_idx: usize, payload: &Payload) -> Result<AttachedPayload, DynError> {
         let frame = &self.frames()[frame_idx];
         match frame.body_idx {
-            None => Err(DynError::FrameDoesNotMove { frame: frame.name.clone() }),
-            Some(body_idx) => {
-                Ok(AttachedPayload { body_idx, inertia: payload.inertia.in_parent(&frame.pose) })
-            }
+            None => Err(DynError::FrameDoesNotMove {
+                frame: frame.name.clone(),
+            }),
+            Some(body_idx) => Ok(AttachedPayload {
+                body_idx,
+                inertia: payload.inertia.in_parent(&frame.pose),
+            }),
         }
     }
 }
@@ -133,7 +137,9 @@ impl Context {
     /// An arm that carries these payloads.
     #[must_use]
     pub fn new(loads: impl IntoIterator<Item = AttachedPayload>) -> Self {
-        Self { loads: loads.into_iter().collect() }
+        Self {
+            loads: loads.into_iter().collect(),
+        }
     }
 
     /// The attached payloads.
@@ -176,7 +182,10 @@ mod tests {
         // A rod along z, rolled by 45° about x: ∫ y z dm = −(m L² / 12) sin 45° cos 45° = −0.5.
         let eighth = std::f64::consts::FRAC_PI_4;
         let rod = Payload::cuboid(12.0, [0.0, 0.0, 1.0], [0.0; 3], [eighth, 0.0, 0.0]).unwrap();
-        assert!((rod.inertia.second_moment[(1, 2)] + 0.5).abs() < 1e-15, "{rod:?}");
+        assert!(
+            (rod.inertia.second_moment[(1, 2)] + 0.5).abs() < 1e-15,
+            "{rod:?}"
+        );
     }
 
     #[test]
@@ -186,7 +195,10 @@ mod tests {
         assert!(refused(-1.0, [0.0; 6]).contains("mass is -1"));
         assert!(refused(f64::NAN, [0.0; 6]).contains("mass is NaN"));
         let triangle = refused(1.0, [1.0, 1.0, 2.1, 0.0, 0.0, 0.0]);
-        assert!(triangle.contains("triangle inequality: 2.1 > 1 + 1"), "{triangle}");
+        assert!(
+            triangle.contains("triangle inequality: 2.1 > 1 + 1"),
+            "{triangle}"
+        );
         let negative = refused(1.0, [1.0, 1.0, 1.0, 1.5, 0.0, 0.0]);
         assert!(negative.contains("negative eigenvalue"), "{negative}");
         let massless = refused(0.0, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);

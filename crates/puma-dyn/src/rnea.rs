@@ -38,7 +38,10 @@ use crate::workspace::{Workspace, check_len};
 ///
 /// # Source
 /// Luh, Walker & Paul 1980, "On-line computational scheme for mechanical manipulators".
-#[expect(clippy::too_many_arguments, reason = "the state and the result are the field's q, qd, qdd, tau")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the state and the result are the field's q, qd, qdd, tau"
+)]
 pub fn rnea(
     model: &Model,
     workspace: &mut Workspace,
@@ -57,7 +60,12 @@ pub fn rnea(
     check_len("tau", tau, n_joints);
 
     let states = &mut workspace.bodies[..];
-    propagate(model, states, &-model.gravity_vector(), JointStates { q, qd, qdd });
+    propagate(
+        model,
+        states,
+        &-model.gravity_vector(),
+        JointStates { q, qd, qdd },
+    );
     body_forces(model, states);
     add_load_forces(context.loads(), states);
     gather(model, states, tau);
@@ -115,7 +123,11 @@ pub(crate) fn add_rotor_torques(model: &Model, qdd: &[f64], tau: &mut [f64]) {
 /// `f = m a + U h` and `n = h × a + axial(U Σ)`.
 #[inline]
 fn wrench(inertia: &BodyInertia, state: &BodyState) -> (Vector3<f64>, Vector3<f64>) {
-    let BodyInertia { mass, first_moment, second_moment } = inertia;
+    let BodyInertia {
+        mass,
+        first_moment,
+        second_moment,
+    } = inertia;
     let force = *mass * state.accel + state.tensor * first_moment;
     let moment = first_moment.cross(&state.accel) + axial_of_product(&state.tensor, second_moment);
     (force, moment)
@@ -124,8 +136,11 @@ fn wrench(inertia: &BodyInertia, state: &BodyState) -> (Vector3<f64>, Vector3<f6
 /// `axial(A B)` for symmetric B: (AB)_ij is the product of row i of A with column j of B.
 #[inline]
 fn axial_of_product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Vector3<f64> {
-    let entry = |i: usize, j: usize| {
-        a[(i, 0)] * b[(0, j)] + a[(i, 1)] * b[(1, j)] + a[(i, 2)] * b[(2, j)]
-    };
-    Vector3::new(entry(2, 1) - entry(1, 2), entry(0, 2) - entry(2, 0), entry(1, 0) - entry(0, 1))
+    let entry =
+        |i: usize, j: usize| a[(i, 0)] * b[(0, j)] + a[(i, 1)] * b[(1, j)] + a[(i, 2)] * b[(2, j)];
+    Vector3::new(
+        entry(2, 1) - entry(1, 2),
+        entry(0, 2) - entry(2, 0),
+        entry(1, 0) - entry(0, 1),
+    )
 }

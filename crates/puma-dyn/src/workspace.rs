@@ -1,5 +1,6 @@
 //! The scratch memory of the recursions, made once per thread and model.
 
+use crate::aba::Articulated;
 use crate::kinematics::BodyState;
 use crate::model::Model;
 use crate::spatial::BodyInertia;
@@ -16,6 +17,10 @@ pub struct Workspace {
     pub(crate) zeros: Vec<f64>,
     /// Composite inertia of the subtree that starts at each body.
     pub(crate) composite: Vec<BodyInertia>,
+    /// Articulated inertia of the subtree that starts at each body.
+    pub(crate) articulated: Vec<Articulated>,
+    /// One per joint: momentum M q̇.
+    pub(crate) momentum: Vec<f64>,
 }
 
 impl Workspace {
@@ -27,6 +32,8 @@ impl Workspace {
             bodies: vec![BodyState::at_rest(); n_bodies],
             zeros: vec![0.0; n_bodies],
             composite: vec![BodyInertia::zero(); n_bodies],
+            articulated: vec![Articulated::rigid(&BodyInertia::zero()); n_bodies],
+            momentum: vec![0.0; n_bodies],
         }
     }
 
@@ -35,7 +42,10 @@ impl Workspace {
     #[inline]
     pub(crate) fn check(&self, model: &Model) {
         let (have, want) = (self.bodies.len(), model.bodies().len());
-        assert_eq!(have, want, "workspace of {have} bodies used with a model of {want}");
+        assert_eq!(
+            have, want,
+            "workspace of {have} bodies used with a model of {want}"
+        );
     }
 }
 
@@ -43,5 +53,10 @@ impl Workspace {
 /// If a slice does not have the length that an algorithm needs.
 #[inline]
 pub(crate) fn check_len(what: &str, slice: &[f64], expected: usize) {
-    assert_eq!(slice.len(), expected, "{what} has {} numbers, not {expected}", slice.len());
+    assert_eq!(
+        slice.len(),
+        expected,
+        "{what} has {} numbers, not {expected}",
+        slice.len()
+    );
 }
