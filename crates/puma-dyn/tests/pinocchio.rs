@@ -4,7 +4,11 @@
 //! few units of rounding per joint of the largest number that enters it: `C · n · EPS · scale`,
 //! with `scale` the largest value of that quantity in the file.
 
-use puma_dyn::{Context, Effects, Friction, Model, Payload, Workspace, load_urdf, puma560, rnea};
+use puma_dyn::{
+    Context, Effects, Friction, Model, N_PARAMETERS, Payload, Workspace, aba, coriolis_torques,
+    crba, forward_kinematics, gravity_torques, inertial_parameters, jacobian, load_urdf, puma560,
+    regressor, rnea,
+};
 
 use crate::fixture::{self, Fixture, assert_close};
 
@@ -53,6 +57,21 @@ impl Case {
     fn joints(&self, row: &[f64], stem: &str) -> Vec<f64> {
         let block = self.file.block(row, &format!("{stem}1"), self.n());
         self.columns.iter().map(|&column| block[column]).collect()
+    }
+
+    /// The rows and columns of a square matrix in the model's order, each entry `width` wide.
+    fn square(&self, row: &[f64], first: &str, width: usize) -> Vec<f64> {
+        let n = self.n();
+        let block = self.file.block(row, first, n * n * width);
+        let mut out = Vec::with_capacity(block.len());
+        for (i, j) in self
+            .columns
+            .iter()
+            .flat_map(|i| self.columns.iter().map(move |j| (i, j)))
+        {
+            out.extend_from_slice(&block[(i * n + j) * width..][..width]);
+        }
+        out
     }
 
     fn state(&self, row: &[f64]) -> [Vec<f64>; 3] {
@@ -156,6 +175,167 @@ fn torques_of_a_chain_a_tree_and_a_robot_in_the_wild_are_pinocchios() {
         for row in case.file.rows() {
             let tau = case.rnea(Effects::RIGID_BODY, &Context::empty(), row);
             assert_close(&tau, &case.joints(row, "tau"), tolerance, case.model.name());
+        }
+    }
+}
+
+#[test]
+fn gravity_and_coriolis_torques_are_pinocchios() {
+    for case in all() {
+        let n = case.n();
+        let tolerance = tolerance(&case.file, "bias1", n) + tolerance(&case.file, "gravity1", n);
+        let (mut workspace, empty) = (Workspace::new(&case.model), Context::empty());
+        let (mut gravity, mut bias) = (vec![0.0; n], vec![0.0; n]);
+        for row in case.file.rows() {
+            let [q, qd, _] = case.state(row);
+            gravity_torques(&case.model, &mut workspace, &empty, &q, &mut gravity);
+            coriolis_torques(&case.model, &mut workspace, &empty, &q, &qd, &mut bias);
+            bias.iter_mut()
+                .zip(&gravity)
+                .for_each(|(bias, gravity)| *bias += gravity);
+            let name = case.model.name();
+            assert_close(&gravity, &case.joints(row, "gravity"), tolerance, name);
+            assert_close(&bias, &case.joints(row, "bias"), tolerance, name);
+        }
+    }
+}
+
+#[test]
+fn inertia_matrices_are_pinocchios() {
+    for case in all() {
+        let n = case.n();
+        let tolerance = tolerance(&case.file, "mass1_1", n * n);
+        let mut workspace = Workspace::new(&case.model);
+        let (effects, empty) = (Effects::RIGID_BODY, Context::empty());
+        let mut inertia = vec![0.0; n * n];
+        for row in case.file.rows() {
+            let [q, ..] = case.state(row);
+            crba(
+                &case.model,
+                &mut workspace,
+                effects,
+                &empty,
+                &q,
+                &mut inertia,
+            );
+            assert_close(
+                &inertia,
+                &case.square(row, "mass1_1", 1),
+                tolerance,
+                case.model.name(),
+            );
+        }
+    }
+}
+
+/// Accelerations are compared by the torques that their difference takes: how far two right answers
+/// are apart depends on the condition of M, the torques M Δq̈ do not.
+#[test]
+fn forward_dynamics_are_pinocchios() {
+    for case in all() {
+        let n = case.n();
+        let mut workspace = Workspace::new(&case.model);
+        let (effects, empty) = (Effects::RIGID_BODY, Context::empty());
+        let mut ours = vec![0.0; n];
+        for row in case.file.rows() {
+            let [q, qd, _] = case.state(row);
+            let (force, theirs) = (case.joints(row, "force"), case.joints(row, "aba_qdd"));
+            aba(
+                &case.model,
+                &mut workspace,
+                effects,
+                &empty,
+                &q,
+                &qd,
+                &force,
+                &mut ours,
+            )
+            .expect("every joint sees inertia");
+            let mass = case.square(row, "mass1_1", 1);
+            for mass_row in mass.chunks(n) {
+                let torque: f64 = (0..n).map(|j| mass_row[j] * (ours[j] - theirs[j])).sum();
+                let scale: f64 = (0..n).map(|j| (mass_row[j] * theirs[j]).abs()).sum();
+                let scale = scale + case.file.scale("bias1", n) + case.file.scale("force1", n);
+                assert_close(
+                    &[torque],
+                    &[0.0],
+                    C * n as f64 * f64::EPSILON * scale,
+                    "M Δq̈",
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn poses_and_jacobians_of_the_last_frame_are_pinocchios() {
+    for (case, frame) in all()
+        .into_iter()
+        .zip(["link6", "left_tool", "end_effector_link"])
+    {
+        let n = case.n();
+        let frame = case.model.frame_idx(frame).expect("a frame of the robot");
+        let position = tolerance(&case.file, "position1", 3);
+        let rotation = tolerance(&case.file, "rotation1_1", 9);
+        let entries = tolerance(&case.file, "jacobian1_1", 6 * n);
+        let mut ours = vec![0.0; 6 * n];
+        for row in case.file.rows() {
+            let [q, ..] = case.state(row);
+            let pose = forward_kinematics(&case.model, frame, &q);
+            let expected = case.file.block(row, "position1", 3);
+            assert_close(pose.translation.as_slice(), expected, position, "position");
+            let expected = case.file.block(row, "rotation1_1", 9);
+            assert_close(
+                pose.rotation.transpose().as_slice(),
+                expected,
+                rotation,
+                "rotation",
+            );
+
+            jacobian(&case.model, frame, &q, &mut ours);
+            let block = case.file.block(row, "jacobian1_1", 6 * n);
+            let expected: Vec<f64> = block
+                .chunks(n)
+                .flat_map(|line| case.columns.iter().map(|&column| line[column]))
+                .collect();
+            assert_close(&ours, &expected, entries, "jacobian");
+        }
+    }
+}
+
+#[test]
+fn regressors_and_parameters_are_pinocchios() {
+    let puma = Case::from_urdf("puma560_regressor", "puma560.urdf");
+    let tree = Case::from_urdf("tree_regressor", "puma-dyn/tree.urdf");
+    for case in [puma, tree] {
+        let n = case.n();
+        let n_entries = n * n * N_PARAMETERS;
+        let mut workspace = Workspace::new(&case.model);
+        let mut ours = vec![0.0; n_entries];
+        let parameters = inertial_parameters(&case.model, &Context::empty());
+        for row in case.file.rows() {
+            let [q, qd, qdd] = case.state(row);
+            regressor(&case.model, &mut workspace, &q, &qd, &qdd, &mut ours);
+            let expected = case.square(row, "y1_1", N_PARAMETERS);
+            assert_close(
+                &ours,
+                &expected,
+                tolerance(&case.file, "y1_1", n_entries),
+                "Y",
+            );
+
+            let block = case.file.block(row, "pi1", n * N_PARAMETERS);
+            let bodies = case
+                .columns
+                .iter()
+                .map(|&i| &block[i * N_PARAMETERS..][..N_PARAMETERS]);
+            let tolerance = tolerance(&case.file, "pi1", n * N_PARAMETERS);
+            assert_close(
+                &parameters,
+                &bodies.collect::<Vec<_>>().concat(),
+                tolerance,
+                "π",
+            );
         }
     }
 }
