@@ -12,8 +12,8 @@ use puma_dyn::{
 
 use crate::fixture::{self, Fixture, assert_close};
 
-/// Roundings of one joint's part in the recursion, twice: ours and theirs.
-const C: f64 = 64.0;
+/// Roundings of one joint's part in the recursion, ours and theirs together.
+const C: f64 = 16.0;
 
 fn tolerance(file: &Fixture, first: &str, n: usize) -> f64 {
     C * file.joints.len() as f64 * f64::EPSILON * file.scale(first, n)

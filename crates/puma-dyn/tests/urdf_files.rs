@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use puma_dyn::{DynError, load_urdf};
+use proptest::prelude::*;
+use puma_dyn::{DynError, load_urdf, parse_urdf};
 
 use crate::urdf_arm::{ARM, UPPER, arm_with, load, refused};
 
@@ -180,4 +181,20 @@ fn a_robot_in_a_default_namespace_is_the_same_robot() {
     let robot = r#"<robot name="arm">"#;
     let urdf = arm_with(robot, r#"<robot name="arm" xmlns="http://www.ros.org">"#);
     assert_eq!(load(&urdf).description, load(ARM).description);
+}
+
+proptest! {
+    #[test]
+    fn a_file_spoilt_anywhere_is_loaded_or_refused_in_one_line_and_never_panics(
+        at in 0..ARM.len(),
+        n_lost in 0..40_usize,
+        inserted in "[<>/\"=&;!a0. -]{0,4}",
+    ) {
+        let end = (at + n_lost).min(ARM.len());
+        let spoilt = format!("{}{inserted}{}", &ARM[..at], &ARM[end..]);
+        if let Err(error) = parse_urdf("arm.urdf", &spoilt, None) {
+            let message = error.to_string();
+            prop_assert!(message.starts_with("arm.urdf") && !message.contains('\n'), "{message}");
+        }
+    }
 }

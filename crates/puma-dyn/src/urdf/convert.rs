@@ -3,7 +3,9 @@
 use std::f64::consts::TAU;
 
 use nalgebra::Matrix3;
+use roxmltree::TextPos;
 
+use super::element::malformed;
 use super::scan::Scan;
 use crate::description::{
     Drive, Inertial, JointDescription, JointKind, Limits, LinkDescription, RobotDescription,
@@ -25,12 +27,8 @@ pub(super) fn convert(
     text: &str,
     scan: &Scan,
 ) -> Result<(RobotDescription, Vec<Warning>), DynError> {
-    let robot = urdf_rs::read_from_string(text).map_err(|error| DynError::Malformed {
-        file: file.to_owned(),
-        line: 1,
-        column: 1,
-        reason: error.to_string(),
-    })?;
+    let robot = urdf_rs::read_from_string(text)
+        .map_err(|error| malformed(file, TextPos::new(1, 1), &error.to_string()))?;
     let mut description = RobotDescription::new(&robot.name);
     let mut warnings = Vec::new();
     for source in &robot.links {

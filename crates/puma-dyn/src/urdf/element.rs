@@ -15,17 +15,17 @@ impl Scanner<'_, '_> {
         self.document.text_pos_at(node.range().start)
     }
 
-    pub(super) fn malformed(&self, node: Node, reason: String) -> DynError {
+    pub(super) fn malformed(&self, node: Node, reason: &str) -> DynError {
         malformed(self.file, self.position(node), reason)
     }
 
-    pub(super) fn unsupported(&self, node: Node, name: &str, reason: String) -> DynError {
+    pub(super) fn unsupported(&self, node: Node, name: &str, reason: &str) -> DynError {
         let line = self.position(node).row;
         DynError::UnsupportedJoint {
             file: self.file.to_owned(),
             line,
-            joint: name.to_owned(),
-            reason,
+            joint: one_line(name),
+            reason: one_line(reason),
         }
     }
 
@@ -40,7 +40,7 @@ impl Scanner<'_, '_> {
         match found.next() {
             None => Ok(first),
             Some(second) => {
-                Err(self.malformed(second, format!("{owner} has more than one <{tag}>")))
+                Err(self.malformed(second, &format!("{owner} has more than one <{tag}>")))
             }
         }
     }
@@ -53,7 +53,7 @@ impl Scanner<'_, '_> {
     ) -> Result<Node<'n, 'i>, DynError> {
         self.at_most_one(node, owner, tag)?.ok_or_else(|| {
             let parent = node.tag_name().name();
-            self.malformed(node, format!("{owner}: <{parent}> has no <{tag}>"))
+            self.malformed(node, &format!("{owner}: <{parent}> has no <{tag}>"))
         })
     }
 
@@ -65,7 +65,7 @@ impl Scanner<'_, '_> {
     ) -> Result<&'n str, DynError> {
         node.attribute(key).ok_or_else(|| {
             let tag = node.tag_name().name();
-            self.malformed(node, format!("{owner}: <{tag}> has no attribute `{key}`"))
+            self.malformed(node, &format!("{owner}: <{tag}> has no attribute `{key}`"))
         })
     }
 
@@ -95,7 +95,7 @@ impl Scanner<'_, '_> {
         if n_words != 3 {
             let tag = node.tag_name().name();
             let reason = format!("{owner}: <{tag} {key}=\"{text}\"> has {n_words} numbers, not 3");
-            return Err(self.malformed(node, reason));
+            return Err(self.malformed(node, &reason));
         }
         text.split_whitespace()
             .try_for_each(|word| self.finite(node, owner, key, word))
@@ -107,19 +107,32 @@ impl Scanner<'_, '_> {
             _ => {
                 let tag = node.tag_name().name();
                 let reason = format!("{owner}: <{tag} {key}>: `{text}` is not a finite number");
-                Err(self.malformed(node, reason))
+                Err(self.malformed(node, &reason))
             }
         }
     }
 }
 
-pub(super) fn malformed(file: &str, at: TextPos, reason: String) -> DynError {
+pub(super) fn malformed(file: &str, at: TextPos, reason: &str) -> DynError {
     DynError::Malformed {
         file: file.to_owned(),
         line: at.row,
         column: at.col,
-        reason,
+        reason: one_line(reason),
     }
+}
+
+/// The text with line ends and other control characters of the file written as escapes.
+fn one_line(text: &str) -> String {
+    let mut line = String::with_capacity(text.len());
+    for character in text.chars() {
+        if character.is_control() {
+            line.extend(character.escape_default());
+        } else {
+            line.push(character);
+        }
+    }
+    line
 }
 
 /// The children of a node with this tag, in whatever namespace: `urdf-rs` knows none.

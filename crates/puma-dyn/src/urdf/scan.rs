@@ -86,7 +86,7 @@ fn not_xml(file: &str, error: &roxmltree::Error) -> DynError {
             format!("not well-formed XML: {text}")
         }
     };
-    malformed(file, error.pos(), reason)
+    malformed(file, error.pos(), &reason)
 }
 
 const XACRO: &str = "this is a xacro file, not a URDF; hint: expand it first, \
@@ -99,7 +99,7 @@ impl Scanner<'_, '_> {
         if root.tag_name().name() != "robot" {
             let name = root.tag_name().name();
             let reason = format!("the first tag is <{name}>, a URDF starts with <robot>");
-            return Err(self.malformed(root, reason));
+            return Err(self.malformed(root, &reason));
         }
         let is_macro = |text: &str| text.contains("${") || text.contains("$(");
         for node in root.descendants().filter(Node::is_element) {
@@ -109,7 +109,7 @@ impl Scanner<'_, '_> {
                 .is_some_and(|uri| uri.contains("xacro"));
             let in_urdf = node.tag_name().namespace() == root.tag_name().namespace();
             if is_xacro || (in_urdf && node.attributes().any(|a| is_macro(a.value()))) {
-                return Err(self.malformed(node, XACRO.to_owned()));
+                return Err(self.malformed(node, XACRO));
             }
         }
         Ok(())
@@ -163,11 +163,11 @@ impl Scanner<'_, '_> {
                 let reason = format!(
                     "is {kind}: only revolute, continuous, prismatic and fixed joints are supported"
                 );
-                return Err(self.unsupported(node, name, reason));
+                return Err(self.unsupported(node, name, &reason));
             }
             other => {
                 let reason = format!("{owner}: type=\"{other}\" is not a joint type of URDF");
-                return Err(self.malformed(node, reason));
+                return Err(self.malformed(node, &reason));
             }
         }
         match children(node, "mimic").next() {
@@ -178,7 +178,7 @@ impl Scanner<'_, '_> {
                     "mimics `{leader}`: coupled joints are not supported; hint: remove <mimic> to \
                      treat it as independent, or make the joint fixed"
                 );
-                Err(self.unsupported(mimic, name, reason))
+                Err(self.unsupported(mimic, name, &reason))
             }
         }
     }
@@ -199,7 +199,7 @@ impl Scanner<'_, '_> {
         if origin.has_attribute("quat_xyzw") {
             let reason =
                 format!("{owner}: quat_xyzw is not supported; write the orientation as rpy");
-            return Err(self.malformed(origin, reason));
+            return Err(self.malformed(origin, &reason));
         }
         for key in ["xyz", "rpy"] {
             if origin.has_attribute(key) {
