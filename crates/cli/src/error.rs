@@ -1,0 +1,155 @@
+//! The one error type of the program: every message names the file and, where there is one, row, column, joint and unit.
+
+use std::io;
+
+use puma_dyn::DynError;
+use thiserror::Error;
+
+use crate::table::NumberColumn;
+
+/// Why a command stops. All of these are bad input or usage: exit status 2.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CliError {
+    /// A file cannot be opened, read or written.
+    #[error("cannot {action} {file}: {source}")]
+    Io {
+        /// `read`, `write`, …
+        action: &'static str,
+        /// Path, or `standard output`.
+        file: String,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// A table without a header.
+    #[error(
+        "{file}: the file is empty; a header line with column names is needed, then one row per sample"
+    )]
+    Empty {
+        /// Path.
+        file: String,
+    },
+    /// A table that starts with numbers.
+    #[error(
+        "{file}: line 1 holds numbers, not column names; a header such as q1,q2,…,qd1,…,qdd1,… is needed"
+    )]
+    NoHeader {
+        /// Path.
+        file: String,
+    },
+    /// A header and nothing below it.
+    #[error("{file}: there is a header but no row below it")]
+    NoRows {
+        /// Path.
+        file: String,
+    },
+    /// Two columns of one name.
+    #[error("{file}: column `{column}` appears twice, as column {first} and column {second}")]
+    DuplicateColumn {
+        /// Path.
+        file: String,
+        /// Name.
+        column: String,
+        /// 1-based position.
+        first: usize,
+        /// 1-based position.
+        second: usize,
+    },
+    /// Not all states are there.
+    #[error("{file}: missing column{}: {}; found: {}. {hint}", plural(.missing), .missing.join(", "), .found.join(", "))]
+    MissingColumns {
+        /// Path.
+        file: String,
+        /// The missing columns, in joint order.
+        missing: Vec<String>,
+        /// The whole header.
+        found: Vec<String>,
+        /// What the robot needs.
+        hint: String,
+    },
+    /// The columns do not fit the robot.
+    #[error("{file}: {reason}")]
+    Columns {
+        /// Path.
+        file: String,
+        /// Which columns and why.
+        reason: String,
+    },
+    /// A row with too few or too many fields.
+    #[error("{file}: row {row} (line {line}) has {found} fields, the header has {expected}")]
+    RowLength {
+        /// Path.
+        file: String,
+        /// 1-based data row.
+        row: u64,
+        /// 1-based line of the file.
+        line: u64,
+        /// Fields of the row.
+        found: usize,
+        /// Fields of the header.
+        expected: usize,
+    },
+    /// A field that is not a finite number.
+    #[error(
+        "{file}: row {row} (line {line}), column `{}` ({}, {}): {problem}",
+        column.name, column.joint, column.unit
+    )]
+    Field {
+        /// Path.
+        file: String,
+        /// 1-based data row.
+        row: u64,
+        /// 1-based line of the file.
+        line: u64,
+        /// Name, joint and unit.
+        column: Box<NumberColumn>,
+        /// What is wrong with the text.
+        problem: String,
+    },
+    /// A table that is not text.
+    #[error("{file}: line {line}: the text is not UTF-8")]
+    NotText {
+        /// Path.
+        file: String,
+        /// 1-based line of the file.
+        line: u64,
+    },
+    /// A payload file that says something impossible.
+    #[error("{file}: {reason}")]
+    Payload {
+        /// Path.
+        file: String,
+        /// Which key and why.
+        reason: String,
+    },
+    /// Options that do not fit together, or a path that cannot be used.
+    #[error("{0}")]
+    Usage(String),
+    /// A robot or scenario that is refused.
+    #[error("{0}")]
+    Robot(#[from] DynError),
+    /// A scenario file that is refused.
+    #[error("{file}: {cause}")]
+    Scenario {
+        /// Path.
+        file: String,
+        /// Why.
+        cause: Box<DynError>,
+    },
+}
+
+impl CliError {
+    /// Turns a system error into one that names the file, for `map_err`.
+    pub fn io(action: &'static str, file: impl Into<String>) -> impl FnOnce(io::Error) -> Self {
+        let file = file.into();
+        move |source| Self::Io {
+            action,
+            file,
+            source,
+        }
+    }
+}
+
+fn plural(names: &[String]) -> &'static str {
+    if names.len() == 1 { "" } else { "s" }
+}

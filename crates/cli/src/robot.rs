@@ -1,0 +1,181 @@
+//! The robot a command works on: built in, or a URDF file with its sidecar.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use puma_dyn::{Effects, Friction, Model, RobotDescription, load_urdf, puma560};
+
+use crate::error::CliError;
+use crate::messages;
+
+/// Name of the built-in robot.
+const PUMA_560: &str = "puma560";
+
+/// Which robot, and which effects are part of its torques.
+#[derive(Args, Debug)]
+pub struct RobotArgs {
+    /// `puma560` (built in, with its motors and friction) or a URDF file
+    #[arg(long, value_name = "puma560|FILE.urdf")]
+    robot: PathBuf,
+
+    /// What a URDF cannot say: rotor inertia, gear ratio, motor-side friction, friction convention
+    #[arg(long, value_name = "FILE.toml")]
+    sidecar: Option<PathBuf>,
+
+    /// Friction in the torques [default: the sidecar's `friction_convention`, else modern]
+    #[arg(long, value_enum)]
+    friction: Option<FrictionArg>,
+
+    /// Leave out G²·Jm·q̈, the torque that accelerates the motors' rotors
+    #[arg(long)]
+    no_rotor_inertia: bool,
+
+    /// Free fall in the axes of the root link, m/s², for a robot that does not stand upright
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        value_delimiter = ',',
+        num_args = 3,
+        allow_hyphen_values = true
+    )]
+    gravity: Option<Vec<f64>>,
+
+    /// Refuse a robot that no rigid bodies can form instead of warning (the PUMA 560 is one)
+    #[arg(long)]
+    strict: bool,
+}
+
+/// Which friction torques are added.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum FrictionArg {
+    /// Viscous and asymmetric Coulomb friction, against the motion: G²·B·q̇ + |G|·Tc
+    Modern,
+    /// As the Robotics Toolbox of 2002–2008: G·(B·q̇ + Tc) with the sign of G; for reproductions
+    #[value(name = "toolbox-2008")]
+    Toolbox2008,
+    /// No friction
+    None,
+}
+
+/// A robot ready for use.
+pub struct Robot {
+    /// Links and joints by name.
+    pub description: RobotDescription,
+    /// For the algorithms.
+    pub model: Model,
+    /// What is part of the torques.
+    pub effects: Effects,
+}
+
+impl RobotArgs {
+    /// Loads the robot; warnings and notes go to standard error.
+    ///
+    /// # Errors
+    /// A file that does not exist or is refused, a sidecar for the built-in robot, and with `--strict` every
+    /// warning about the robot.
+    pub fn load(&self) -> Result<Robot, CliError> {
+        let (description, mut model, friction) = if self.robot == Path::new(PUMA_560) {
+            self.built_in()?
+        } else {
+            self.urdf_file()?
+        };
+        if let Some(gravity) = &self.gravity {
+            model = model.with_gravity(three_finite(gravity)?);
+        }
+        let friction = match self.friction {
+            Some(FrictionArg::Modern) => Friction::Modern,
+            Some(FrictionArg::Toolbox2008) => Friction::Toolbox2008,
+            Some(FrictionArg::None) => Friction::None,
+            None => friction.unwrap_or(Friction::Modern),
+        };
+        let effects = Effects {
+            friction,
+            rotor_inertia: !self.no_rotor_inertia,
+        };
+        Ok(Robot {
+            description,
+            model,
+            effects,
+        })
+    }
+
+    /// Files that this robot is read from.
+    pub fn files(&self) -> Vec<&Path> {
+        let sidecar = self.sidecar.as_deref();
+        std::iter::once(self.robot.as_path())
+            .chain(sidecar)
+            .collect()
+    }
+
+    /// The built-in arm.
+    fn built_in(&self) -> Result<(RobotDescription, Model, Option<Friction>), CliError> {
+        if self.sidecar.is_some() {
+            let reason = "--sidecar goes with a URDF file; the built-in puma560 has its motors and friction already";
+            return Err(CliError::Usage(reason.to_owned()));
+        }
+        let model = puma560::model();
+        if self.strict {
+            model.check_physical()?;
+        }
+        for warning in model.physical_warnings() {
+            messages::warning(format!("{PUMA_560}: {warning}"));
+        }
+        Ok((puma560::description(), model, None))
+    }
+
+    fn urdf_file(&self) -> Result<(RobotDescription, Model, Option<Friction>), CliError> {
+        if !self.robot.exists() {
+            let name = self.robot.display();
+            let reason = format!(
+                "--robot {name}: there is no such file, and the only built-in robot is {PUMA_560}"
+            );
+            return Err(CliError::Usage(reason));
+        }
+        let mut loaded = load_urdf(&self.robot, self.sidecar.as_deref())?;
+        if self.strict {
+            loaded = loaded.strict()?;
+        }
+        for warning in &loaded.warnings {
+            messages::warning(format!("{}: {warning}", self.robot.display()));
+        }
+        self.note_unread_sidecar();
+        Ok((loaded.description, loaded.model, loaded.friction))
+    }
+
+    /// Says that a file that looks like the sidecar was not read: reading it silently would change torques.
+    fn note_unread_sidecar(&self) {
+        let beside = self.robot.with_extension("toml");
+        if self.sidecar.is_none() && beside.is_file() {
+            let beside = beside.display();
+            messages::note(format!(
+                "{beside} lies beside the robot and was not read; if it is its sidecar, pass --sidecar {beside}"
+            ));
+        }
+    }
+}
+
+fn three_finite(gravity: &[f64]) -> Result<[f64; 3], CliError> {
+    match *gravity {
+        [x, y, z] if [x, y, z].iter().all(|value| value.is_finite()) => Ok([x, y, z]),
+        _ => Err(CliError::Usage(
+            "--gravity needs three finite numbers, such as 0,0,-9.81".to_owned(),
+        )),
+    }
+}
+
+impl Robot {
+    /// What is part of the torques, in words.
+    pub fn effects_in_words(&self) -> String {
+        let friction = match self.effects.friction {
+            Friction::None => "no friction",
+            Friction::Modern => "modern friction",
+            Friction::Toolbox2008 => "toolbox-2008 friction",
+        };
+        let rotors = if self.effects.rotor_inertia {
+            "rotor inertia"
+        } else {
+            "no rotor inertia"
+        };
+        format!("{friction}, {rotors}")
+    }
+}

@@ -1,0 +1,201 @@
+//! Rows of a CSV file, one at a time, with the checks that make every later error name its place.
+//!
+//! A byte-order mark, CRLF line ends, quoted fields and blanks around names and numbers are accepted.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::Path;
+
+use csv::{ErrorKind, ReaderBuilder, StringRecord};
+
+use crate::error::CliError;
+
+/// A CSV file whose header has been read.
+pub struct Table {
+    file: String,
+    reader: csv::Reader<Box<dyn Read>>,
+    /// Column names as written.
+    header: StringRecord,
+    record: StringRecord,
+    n_rows: u64,
+}
+
+/// A row of the table that has as many fields as the header.
+#[derive(Clone, Copy)]
+pub struct Row<'a> {
+    file: &'a str,
+    fields: &'a StringRecord,
+    /// 1-based number of the data row.
+    pub number: u64,
+    line: u64,
+}
+
+/// A column of numbers: where it is and what it means.
+#[derive(Clone, Debug)]
+pub struct NumberColumn {
+    /// Position in the header.
+    pub idx: usize,
+    /// Name in the header.
+    pub name: String,
+    /// Name of the joint.
+    pub joint: String,
+    /// Unit.
+    pub unit: &'static str,
+}
+
+impl Table {
+    /// Opens a file, or standard input for `-`, and reads its header.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is empty, starts with numbers, or names a column twice.
+    pub fn open(path: &Path) -> Result<Self, CliError> {
+        let (file, source): (String, Box<dyn Read>) = if path == Path::new("-") {
+            ("standard input".to_owned(), Box::new(io::stdin()))
+        } else {
+            let file = path.display().to_string();
+            let source = open_file(path).map_err(CliError::io("read", file.clone()))?;
+            (file, Box::new(BufReader::new(source)))
+        };
+        let mut reader = ReaderBuilder::new().flexible(true).from_reader(source);
+        let header = reader
+            .headers()
+            .map_err(|error| csv_error(&file, error))?
+            .clone();
+        check_header(&file, &header)?;
+        Ok(Self {
+            file,
+            reader,
+            header,
+            record: StringRecord::new(),
+            n_rows: 0,
+        })
+    }
+
+    /// The file's name in messages.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// The column names, without blanks around them.
+    pub fn column_names(&self) -> Vec<String> {
+        self.header
+            .iter()
+            .map(|name| name.trim().to_owned())
+            .collect()
+    }
+
+    /// The next row; `None` after the last.
+    ///
+    /// # Errors
+    /// A row with another number of fields than the header, text that is not UTF-8, a header without rows.
+    pub fn next_row(&mut self) -> Result<Option<Row<'_>>, CliError> {
+        let has_row = self
+            .reader
+            .read_record(&mut self.record)
+            .map_err(|error| csv_error(&self.file, error))?;
+        if !has_row {
+            return if self.n_rows > 0 {
+                Ok(None)
+            } else {
+                Err(CliError::NoRows {
+                    file: self.file.clone(),
+                })
+            };
+        }
+        self.n_rows += 1;
+        let line = self.record.position().map_or(0, csv::Position::line);
+        if self.record.len() != self.header.len() {
+            return Err(CliError::RowLength {
+                file: self.file.clone(),
+                row: self.n_rows,
+                line,
+                found: self.record.len(),
+                expected: self.header.len(),
+            });
+        }
+        Ok(Some(Row {
+            file: &self.file,
+            fields: &self.record,
+            number: self.n_rows,
+            line,
+        }))
+    }
+}
+
+impl Row<'_> {
+    /// A field as it is written.
+    ///
+    /// # Panics
+    /// If the table has no such column.
+    pub fn text(&self, idx: usize) -> &str {
+        &self.fields[idx]
+    }
+
+    /// A field as a finite number.
+    ///
+    /// # Errors
+    /// Text that is not a number, NaN and infinities, with row, line, column, joint and unit.
+    pub fn number(&self, column: &NumberColumn) -> Result<f64, CliError> {
+        let text = self.fields[column.idx].trim();
+        let problem = match text.parse::<f64>() {
+            Ok(value) if value.is_finite() => return Ok(value),
+            Ok(value) => format!("{value} is not a finite number"),
+            Err(_) if text.is_empty() => "the field is empty".to_owned(),
+            Err(_) => format!("`{text}` is not a number"),
+        };
+        Err(CliError::Field {
+            file: self.file.to_owned(),
+            row: self.number,
+            line: self.line,
+            column: Box::new(column.clone()),
+            problem,
+        })
+    }
+}
+
+/// Opens a file for reading; a directory is an error at once, not at the first byte.
+fn open_file(path: &Path) -> io::Result<File> {
+    if path.is_dir() {
+        return Err(io::Error::new(
+            io::ErrorKind::IsADirectory,
+            "it is a directory",
+        ));
+    }
+    File::open(path)
+}
+
+fn check_header(file: &str, header: &StringRecord) -> Result<(), CliError> {
+    let file = || file.to_owned();
+    let names: Vec<&str> = header.iter().map(str::trim).collect();
+    if names.iter().all(|name| name.is_empty()) {
+        return Err(CliError::Empty { file: file() });
+    }
+    if names.iter().all(|name| name.parse::<f64>().is_ok()) {
+        return Err(CliError::NoHeader { file: file() });
+    }
+    for (second, name) in names.iter().enumerate() {
+        if let Some(first) = names[..second].iter().position(|other| other == name) {
+            let column = (*name).to_owned();
+            return Err(CliError::DuplicateColumn {
+                file: file(),
+                column,
+                first: first + 1,
+                second: second + 1,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn csv_error(file: &str, error: csv::Error) -> CliError {
+    let file = file.to_owned();
+    let line = error.position().map_or(1, csv::Position::line);
+    match error.into_kind() {
+        ErrorKind::Io(source) => CliError::Io {
+            action: "read",
+            file,
+            source,
+        },
+        _ => CliError::NotText { file, line },
+    }
+}
