@@ -88,7 +88,11 @@ impl Elbow {
 impl Branch {
     /// All eight configurations.
     pub const ALL: [Self; 8] = {
-        use {Arm::*, Elbow::*, Wrist::*};
+        use {
+            Arm::{Left, Right},
+            Elbow::{Down, Up},
+            Wrist::{Flip, NoFlip},
+        };
         [
             Self::new(Left, Up, NoFlip),
             Self::new(Left, Up, Flip),

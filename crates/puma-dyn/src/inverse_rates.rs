@@ -133,9 +133,9 @@ impl Axes {
         let mut omega = Vector3::zeros();
         let mut alpha = Vector3::zeros();
         let mut linear = Vector3::zeros();
-        for i in 0..6 {
-            alpha += omega.cross(&(self.z[i] * qd[i]));
-            omega += self.z[i] * qd[i];
+        for (i, (axis, rate)) in self.z.iter().zip(qd).enumerate() {
+            alpha += omega.cross(axis) * *rate;
+            omega += axis * *rate;
             // The rigid pieces origin → elbow (moved by joints 1, 2) and elbow → wrist (by joint 3 as well).
             let piece = match i {
                 1 => self.elbow,
