@@ -24,7 +24,10 @@ pub(crate) enum Motion {
 }
 
 /// One moving body: everything the recursions need, side by side in memory.
-#[expect(clippy::struct_field_names, reason = "a rotation names both of its frames")]
+#[expect(
+    clippy::struct_field_names,
+    reason = "a rotation names both of its frames"
+)]
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Body {
     pub motion: Motion,
