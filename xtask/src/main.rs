@@ -1,2 +1,28 @@
-//! Placeholder.
-fn main() {}
+//! `cargo xtask <command>`: starts the project's programs and checks its text.
+
+mod equations;
+mod flags;
+mod licences;
+mod paths;
+mod program;
+mod rust_text;
+mod tidy;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::flags::{Command, Flags};
+
+fn main() -> anyhow::Result<ExitCode> {
+    match Flags::parse().command {
+        Command::ReproducePaper { arguments } => {
+            program::bench_suite("reproduce-paper", &arguments)
+        }
+        Command::NmseRegression { arguments } => {
+            program::bench_suite("nmse-regression", &arguments)
+        }
+        Command::Tidy => tidy::run(),
+        Command::Equations { check } => equations::run(check),
+    }
+}

@@ -1,0 +1,52 @@
+//! Fingerprint of everything that a fit's numbers depend on, for `store.rs`.
+//!
+//! A finished cell is reused as long as this text hash is unchanged; reports and pictures are not part of it.
+
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+/// Sources, data and dependencies that the numbers of a cell come from.
+const MEASURED_BY: [&str; 9] = [
+    "Cargo.lock",
+    "fixtures/scenario.toml",
+    "crates/puma-dyn/src",
+    "crates/kernels/src",
+    "crates/gp-core/src",
+    "crates/bench-suite/src/seed.rs",
+    "crates/bench-suite/src/split.rs",
+    "crates/bench-suite/src/dataset.rs",
+    "crates/bench-suite/src/models.rs",
+];
+
+fn main() -> std::io::Result<()> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut hasher = DefaultHasher::new();
+    for name in MEASURED_BY {
+        println!("cargo:rerun-if-changed={}", root.join(name).display());
+        for file in files_under(&root.join(name))? {
+            file.strip_prefix(&root).unwrap_or(&file).hash(&mut hasher);
+            std::fs::read(&file)?.hash(&mut hasher);
+        }
+    }
+    println!("cargo:rustc-env=MEASURED_BY={:016x}", hasher.finish());
+    println!("cargo:rerun-if-changed=build.rs");
+    Ok(())
+}
+
+/// The file itself, or every file below a directory in the order of the names.
+fn files_under(path: &Path) -> std::io::Result<Vec<PathBuf>> {
+    if !path.is_dir() {
+        return Ok(if path.exists() {
+            vec![path.to_path_buf()]
+        } else {
+            Vec::new()
+        });
+    }
+    let mut entries = std::fs::read_dir(path)?
+        .map(|entry| entry.map(|e| e.path()))
+        .collect::<Result<Vec<_>, _>>()?;
+    entries.sort();
+    let nested: Result<Vec<_>, _> = entries.iter().map(|entry| files_under(entry)).collect();
+    Ok(nested?.concat())
+}

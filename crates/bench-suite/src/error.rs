@@ -1,0 +1,100 @@
+//! Everything that can go wrong between an experiment's description and its report.
+
+use std::path::PathBuf;
+
+/// Error of the experiment runner.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BenchError {
+    /// A score was asked for without any test sample.
+    #[error("the test set is empty")]
+    EmptyTestSet,
+    /// The variance of the targets is zero, so the score is undefined.
+    #[error("all test targets equal {value}, their variance is zero and nMSE undefined")]
+    ConstantTargets {
+        /// The common value, N·m.
+        value: f64,
+    },
+    /// A prediction or a target is NaN or infinite.
+    #[error("test sample {idx}: the prediction or the target is not finite")]
+    NonFinite {
+        /// Index in the test set, from 0.
+        idx: usize,
+    },
+    /// A name that is not in the list it should come from.
+    #[error("unknown {what} \"{name}\"; known: {known}")]
+    UnknownName {
+        /// What was named: a model, a profile, ….
+        what: &'static str,
+        /// The name given.
+        name: String,
+        /// The names there are, separated by commas.
+        known: String,
+    },
+    /// An experiment's TOML is not what the format asks for.
+    #[error("experiment {name}: {message}")]
+    Experiment {
+        /// File name of the experiment.
+        name: String,
+        /// What is wrong.
+        message: String,
+    },
+    /// A selection that leaves nothing to do.
+    #[error("nothing to do: no cell of the chosen experiments has {what}")]
+    NothingSelected {
+        /// The selection.
+        what: String,
+    },
+    /// A file could not be read or written.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A stored record or a table cannot be understood.
+    #[error("{path}: {message}", path = path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
+    /// The pool of threads could not be started.
+    #[error("cannot start {n_threads} threads: {message}")]
+    Threads {
+        /// Number asked for.
+        n_threads: usize,
+        /// The system's reason.
+        message: String,
+    },
+    /// A picture could not be drawn.
+    #[error("cannot draw the picture: {message}")]
+    Picture {
+        /// The drawing library's reason.
+        message: String,
+    },
+    /// The simulated data could not be made.
+    #[error("data set: {0}")]
+    Dynamics(#[from] puma_dyn::DynError),
+    /// A model could not be fitted.
+    #[error("fit: {0}")]
+    Fit(#[from] gp_core::GpError),
+}
+
+impl BenchError {
+    /// Adapter for `map_err`: attaches the path to an input or output error.
+    pub fn io(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Io { path, source }
+    }
+
+    /// A file whose contents do not make sense.
+    pub fn malformed(path: impl Into<PathBuf>, message: impl std::fmt::Display) -> Self {
+        Self::Malformed {
+            path: path.into(),
+            message: message.to_string(),
+        }
+    }
+}

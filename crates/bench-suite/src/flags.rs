@@ -1,0 +1,94 @@
+//! The command line of `bench-suite`.
+
+use std::path::{Path, PathBuf};
+
+use bench_suite::run::Reuse;
+use bench_suite::spec::{MAX_SIZE, N_JOINTS, Profile};
+use bench_suite::split::UNIQUE;
+use clap::{Args, Parser, Subcommand};
+
+/// Experiments of the chapter, section 3.4.
+#[derive(Debug, Parser)]
+#[command(name = "bench-suite", version)]
+pub struct Flags {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Compute the tables and figures and compare them with the published ones
+    ReproducePaper(ReproducePaper),
+    /// Compare the averages of the smoke profile with the committed ones
+    NmseRegression(NmseRegression),
+    /// Name the experiments and the profiles
+    List,
+}
+
+/// Flags of `reproduce-paper`.
+#[derive(Debug, Args)]
+pub struct ReproducePaper {
+    /// Amount of work: minutes, or everything that the chapter reports
+    #[arg(long, value_enum, default_value_t = Profile::Smoke)]
+    pub profile: Profile,
+    /// Only these experiments, separated by commas (see `list`)
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub only: Vec<String>,
+    /// What to take from earlier runs: nothing but results, finished fits, or nothing at all
+    #[arg(long = "from", value_enum, default_value_t = Reuse::Fits)]
+    pub reuse: Reuse,
+    /// Directory of finished cells and reports
+    #[arg(long, value_name = "DIR", default_value_os_t = default_output())]
+    pub output: PathBuf,
+    /// Only these joints, from 1
+    #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = number_up_to::<N_JOINTS>)]
+    pub joints: Option<Vec<usize>>,
+    /// Only these loads: c1 or 1, …
+    #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = load)]
+    pub loads: Option<Vec<usize>>,
+    /// These training-set sizes instead of the profile's
+    #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = number_up_to::<MAX_SIZE>)]
+    pub sizes: Option<Vec<usize>>,
+    /// Threads; 0 is one a core
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub threads: usize,
+}
+
+/// Flags of `nmse-regression`.
+#[derive(Debug, Args)]
+pub struct NmseRegression {
+    /// Write the present averages into the committed file instead of comparing
+    #[arg(long)]
+    pub update: bool,
+    /// Directory of finished cells and reports
+    #[arg(long, value_name = "DIR", default_value_os_t = default_output())]
+    pub output: PathBuf,
+    /// Threads; 0 is one a core
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub threads: usize,
+}
+
+/// Root of the checkout that this program was compiled from.
+pub fn root() -> &'static Path {
+    let crate_dir = Path::new(env!("CARGO_MANIFEST_DIR"));
+    crate_dir.ancestors().nth(2).unwrap_or(crate_dir)
+}
+
+fn default_output() -> PathBuf {
+    root().join("results")
+}
+
+fn number_up_to<const MAX: usize>(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(i) if (1..=MAX).contains(&i) => Ok(i),
+        _ => Err(format!("not a whole number from 1 to {MAX}")),
+    }
+}
+
+fn load(text: &str) -> Result<usize, String> {
+    let number = text.strip_prefix('c').unwrap_or(text);
+    number_up_to::<{ UNIQUE.len() }>(number)
+        .map_err(|_| format!("not one of c1 to c{}", UNIQUE.len()))
+}

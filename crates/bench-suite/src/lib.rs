@@ -1,0 +1,22 @@
+//! The chapter's experiments: data sets, splits, models, tables and figures.
+#![doc = include_str!("../README.md")]
+
+pub mod cell;
+pub mod dataset;
+pub mod digest;
+pub mod error;
+pub mod manifest;
+pub mod measure;
+pub mod metrics;
+pub mod models;
+pub mod progress;
+pub mod regression;
+pub mod report;
+pub mod reproduce;
+pub mod run;
+pub mod seed;
+pub mod spec;
+pub mod split;
+pub mod store;
+
+pub use error::BenchError;

@@ -1,0 +1,92 @@
+//! The four models of section 3.4, fitted to raw covariates (no standardisation, as in the chapter).
+
+use faer::MatRef;
+use gp_core::{BayesLinear, Fit, FitOptions, LinearForm, StartKind, StartReport};
+use kernels::{Covariance, TorqueForm};
+
+use crate::cell::{FitSummary, ModelKind, StartSummary};
+use crate::error::BenchError;
+
+/// A model after training.
+pub enum Fitted {
+    /// LR¬c or LRc.
+    Linear(BayesLinear),
+    /// GP¬c or GPc.
+    Process(Box<Fit>),
+}
+
+impl Fitted {
+    /// Trains a model of one joint's torque.
+    ///
+    /// # Shapes
+    /// `x` (n, 18) with columns (q, q̇, q̈); `targets` (n,), N·m.
+    /// # Errors
+    /// `Fit` with the reason.
+    /// # Source
+    /// Eq. (9) for LR; eqs. (5)–(8) and (22) for GP.
+    pub fn fit(kind: ModelKind, x: MatRef<'_, f64>, targets: &[f64]) -> Result<Self, BenchError> {
+        let linear = |form| BayesLinear::fit(x, targets, form).map(Self::Linear);
+        let process = |form| {
+            let fit = gp_core::fit(x, targets, form, &FitOptions::several());
+            fit.map(|fit| Self::Process(Box::new(fit)))
+        };
+        Ok(match kind {
+            ModelKind::LrSmooth => linear(LinearForm::Smooth)?,
+            ModelKind::LrCoulomb => linear(LinearForm::Coulomb)?,
+            ModelKind::GpSmooth => process(TorqueForm::Smooth)?,
+            ModelKind::GpCoulomb => process(TorqueForm::Coulomb)?,
+        })
+    }
+
+    /// Predicted torques at the rows of `x`, N·m.
+    ///
+    /// # Errors
+    /// `Fit` if `x` does not have the training inputs' columns or is not finite.
+    pub fn predict_mean(&self, x: MatRef<'_, f64>) -> Result<Vec<f64>, BenchError> {
+        Ok(match self {
+            Self::Linear(model) => model.predict_mean(x)?,
+            Self::Process(fit) => fit.posterior.predict_mean(x)?,
+        })
+    }
+
+    /// What the optimiser reported; nothing for linear regression, which has no hyperparameters.
+    pub fn summary(&self) -> Option<FitSummary> {
+        let Self::Process(fit) = self else {
+            return None;
+        };
+        let winner = fit.report.winning_start();
+        Some(FitSummary {
+            log_marginal_likelihood: fit.report.log_marginal,
+            start: start_name(winner.kind).to_string(),
+            stop: format!("{:?}", winner.stop),
+            iterations: winner.iterations,
+            evaluations: fit.report.evaluations(),
+            recoveries: fit.report.recoveries(),
+            noise_std: fit.noise_std(),
+            hyperparameters: fit.covariance().params(),
+            bounds_hit: fit.report.bounds_hit.clone(),
+            starts: fit.report.starts.iter().map(start_summary).collect(),
+        })
+    }
+}
+
+fn start_summary(start: &StartReport) -> StartSummary {
+    StartSummary {
+        name: start_name(start.kind).to_string(),
+        log_marginal_likelihood: start.log_marginal,
+        evaluations: start.evaluations,
+        stop: format!("{:?}", start.stop),
+    }
+}
+
+/// Name of a start in records and reports.
+fn start_name(kind: StartKind) -> &'static str {
+    match kind {
+        StartKind::Chapter => "eq22",
+        StartKind::DoubleLengthScales => "lengths-x2",
+        StartKind::TypicalPairs => "lengths-x-sqrt-3l",
+        StartKind::TypicalPairsLowNoise => "lengths-x-sqrt-3l-low-noise",
+        StartKind::Given => "given",
+        _ => "other",
+    }
+}

@@ -1,0 +1,225 @@
+//! Hinton diagrams: a matrix of numbers as squares of proportional size.
+
+use kuva::backend::png::PngBackend;
+use kuva::backend::svg::SvgBackend;
+use kuva::render::render::{Primitive, Scene, TextAnchor};
+
+use crate::error::BenchError;
+
+/// Side of a matrix element, in points.
+pub const PITCH: f64 = 36.0;
+/// Side of the largest square in units of [`PITCH`].
+const LARGEST: f64 = 0.92;
+/// Side of the smallest square in units of [`PITCH`]: still visible, so that "smallest" and "absent" differ.
+const SMALLEST: f64 = 0.07;
+/// Pixels a point in the PNG.
+const PNG_SCALE: f32 = 2.0;
+
+const INK: &str = "#1f2933";
+const QUIET: &str = "#66727f";
+const PAPER: &str = "#f1f3f5";
+const GRID: &str = "#d5dae0";
+
+/// Range of a logarithmic scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LogRange {
+    /// Value of the smallest square.
+    pub low: f64,
+    /// Value of the largest square.
+    pub high: f64,
+}
+
+impl LogRange {
+    /// Place of a value in the range, from 0 to 1, clipped.
+    ///
+    /// ```text
+    /// (log v − log low) / (log high − log low)
+    /// ```
+    pub fn fraction(&self, value: f64) -> f64 {
+        let place = (value / self.low).ln() / (self.high / self.low).ln();
+        place.clamp(0.0, 1.0)
+    }
+
+    /// Side of the square of a value, in points; linear in the logarithm.
+    pub fn side(&self, value: f64) -> f64 {
+        PITCH * (SMALLEST + (LARGEST - SMALLEST) * self.fraction(value))
+    }
+}
+
+/// Size and weight of a label.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Font {
+    /// Title of the picture.
+    Title,
+    /// Name of a block of rows or columns.
+    Heading,
+    /// Row and column labels.
+    Label,
+    /// Remarks below the picture.
+    Remark,
+}
+
+/// Where a label's reference point lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Align {
+    /// At its left end.
+    Left,
+    /// In its middle.
+    Centre,
+    /// At its right end.
+    Right,
+}
+
+/// A picture made of matrices of squares and labels; coordinates in points from the top left.
+pub struct Picture {
+    scene: Scene,
+}
+
+impl Picture {
+    /// Empty white picture.
+    pub fn new(width: f64, height: f64) -> Self {
+        let mut scene = Scene::new(width, height);
+        scene.font_family = Some("DejaVu Sans, Helvetica, Arial, sans-serif".to_string());
+        scene.text_color = Some(INK.to_string());
+        Self { scene }
+    }
+
+    /// Background and grid of a matrix whose top left corner is (x, y).
+    pub fn frame(&mut self, x: f64, y: f64, n_rows: usize, n_columns: usize) {
+        let (width, height) = (PITCH * n_columns as f64, PITCH * n_rows as f64);
+        self.rectangle((x, y, width, height), PAPER, None);
+        for column in 1..n_columns {
+            let x = x + PITCH * column as f64;
+            self.line((x, y), (x, y + height));
+        }
+        for row in 1..n_rows {
+            let y = y + PITCH * row as f64;
+            self.line((x, y), (x + width, y));
+        }
+        self.rectangle((x, y, width, height), "none", Some(INK));
+    }
+
+    /// Square of a value in the element whose top left corner is (x, y); its SVG tooltip is `title`.
+    pub fn square(&mut self, x: f64, y: f64, side: f64, title: String) {
+        let margin = (PITCH - side) / 2.0;
+        self.scene.add(Primitive::GroupStart {
+            transform: None,
+            title: Some(title),
+            extra_attrs: None,
+        });
+        self.rectangle((x + margin, y + margin, side, side), INK, None);
+        self.scene.add(Primitive::GroupEnd);
+    }
+
+    /// Mark of a missing value.
+    pub fn absent(&mut self, x: f64, y: f64) {
+        self.text(
+            x + PITCH / 2.0,
+            y + PITCH / 2.0 + 4.0,
+            "–",
+            Font::Remark,
+            Align::Centre,
+        );
+    }
+
+    /// Label whose baseline is at y.
+    pub fn text(&mut self, x: f64, y: f64, content: &str, font: Font, align: Align) {
+        let (size, bold, colour) = match font {
+            Font::Title => (16, true, INK),
+            Font::Heading => (13, true, INK),
+            Font::Label => (12, false, INK),
+            Font::Remark => (11, false, QUIET),
+        };
+        self.scene.add(Primitive::Text {
+            x,
+            y,
+            content: content.to_string(),
+            size,
+            anchor: match align {
+                Align::Left => TextAnchor::Start,
+                Align::Centre => TextAnchor::Middle,
+                Align::Right => TextAnchor::End,
+            },
+            rotate: None,
+            bold,
+            color: Some(colour.into()),
+        });
+    }
+
+    /// The picture as SVG text.
+    pub fn to_svg(&self) -> String {
+        SvgBackend::default().render_scene(&self.scene)
+    }
+
+    /// The picture as a PNG file's bytes.
+    ///
+    /// # Errors
+    /// `Picture` with the library's reason.
+    pub fn to_png(&self) -> Result<Vec<u8>, BenchError> {
+        PngBackend::new()
+            .with_scale(PNG_SCALE)
+            .render_scene(&self.scene)
+            .map_err(|message| BenchError::Picture { message })
+    }
+
+    fn rectangle(
+        &mut self,
+        (x, y, width, height): (f64, f64, f64, f64),
+        fill: &str,
+        stroke: Option<&str>,
+    ) {
+        self.scene.add(Primitive::Rect {
+            x,
+            y,
+            width,
+            height,
+            fill: fill.into(),
+            stroke: stroke.map(Into::into),
+            stroke_width: stroke.map(|_| 1.0),
+            opacity: None,
+        });
+    }
+
+    fn line(&mut self, (x1, y1): (f64, f64), (x2, y2): (f64, f64)) {
+        self.scene.add(Primitive::Line {
+            x1,
+            y1,
+            x2,
+            y2,
+            stroke: GRID.into(),
+            stroke_width: 1.0,
+            stroke_dasharray: None,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_are_linear_in_the_logarithm_and_clipped() {
+        let range = LogRange {
+            low: 1e-4,
+            high: 1.0,
+        };
+        assert!((range.fraction(1e-2) - 0.5).abs() <= 4.0 * f64::EPSILON);
+        let (low, middle, high) = (range.side(1e-4), range.side(1e-2), range.side(1.0));
+        assert!((middle - f64::midpoint(low, high)).abs() <= 8.0 * f64::EPSILON * PITCH);
+        assert_eq!(range.side(1e-9).to_bits(), low.to_bits());
+        assert!(low > 0.0 && high < PITCH);
+    }
+
+    #[test]
+    fn png_has_a_png_signature_and_svg_carries_the_tooltip() {
+        let mut picture = Picture::new(100.0, 60.0);
+        picture.frame(10.0, 10.0, 1, 2);
+        picture.square(10.0, 10.0, 20.0, "nMSE < 1".to_string());
+        assert_eq!(picture.to_png().unwrap()[..4], [0x89, b'P', b'N', b'G']);
+        assert!(
+            picture.to_svg().contains("nMSE &lt; 1"),
+            "{}",
+            picture.to_svg()
+        );
+    }
+}

@@ -1,0 +1,159 @@
+//! All cells of a run: the finished ones read, the others computed side by side.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use crate::cell::{Cell, CellRecord};
+use crate::dataset::DataSet;
+use crate::error::BenchError;
+use crate::measure::measure;
+use crate::progress::Progress;
+use crate::split::Split;
+use crate::store::Store;
+
+/// What may be taken from earlier runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Reuse {
+    /// Compute nothing: report the finished cells only.
+    Results,
+    /// Take finished cells, compute the others.
+    Fits,
+    /// Compute every cell again.
+    Scratch,
+}
+
+/// What a run produced, in the order of the cells.
+#[derive(Debug)]
+pub struct RunOutcome {
+    /// Results, reused and new.
+    pub records: Vec<CellRecord>,
+    /// Cells that could not be computed, with the reason.
+    pub failures: Vec<(Cell, BenchError)>,
+    /// Cells that were neither finished nor computed.
+    pub n_missing: usize,
+    /// Number of results taken from the store.
+    pub n_reused: usize,
+    /// Where the time went.
+    pub seconds: Seconds,
+}
+
+/// Wall-clock seconds of the parts of a run.
+#[derive(Debug, Default, Clone, serde::Serialize)]
+pub struct Seconds {
+    /// Simulation of the data set.
+    pub data_set: f64,
+    /// All cells, side by side.
+    pub cells: f64,
+}
+
+/// Runs the cells on `n_threads` threads (0: one a core).
+///
+/// Cells run in parallel, each sequential inside, and are collected in their own order:
+/// the results are the same bits for every number of threads.
+///
+/// # Errors
+/// `Threads` if the pool cannot be started; `Dynamics` if the data cannot be simulated;
+/// `Io` if a result cannot be kept. A cell that cannot be fitted is no error here but listed in `failures`.
+pub fn run(
+    cells: &BTreeSet<Cell>,
+    store: &Store,
+    reuse: Reuse,
+    n_threads: usize,
+) -> Result<RunOutcome, BenchError> {
+    let mut finished: BTreeMap<Cell, CellRecord> = BTreeMap::new();
+    if reuse != Reuse::Scratch {
+        finished.extend(
+            cells
+                .iter()
+                .filter_map(|c| Some((c.clone(), store.load(c)?))),
+        );
+    }
+    let n_reused = finished.len();
+    let open: Vec<Cell> = cells
+        .iter()
+        .filter(|cell| !finished.contains_key(cell))
+        .cloned()
+        .collect();
+    if reuse == Reuse::Results || open.is_empty() {
+        return Ok(RunOutcome {
+            records: finished.into_values().collect(),
+            failures: Vec::new(),
+            n_missing: open.len(),
+            n_reused,
+            seconds: Seconds::default(),
+        });
+    }
+
+    let pool = thread_pool(n_threads)?;
+    let (computed, seconds) = pool.install(|| compute(&open, store, n_reused))?;
+    let mut failures = Vec::new();
+    for (cell, result) in open.into_iter().zip(computed) {
+        match result {
+            Ok(record) => drop(finished.insert(cell, record)),
+            Err(error @ BenchError::Io { .. }) => return Err(error),
+            Err(error) => failures.push((cell, error)),
+        }
+    }
+    Ok(RunOutcome {
+        records: finished.into_values().collect(),
+        failures,
+        n_missing: 0,
+        n_reused,
+        seconds,
+    })
+}
+
+/// Results in the order of `cells`, each kept in the store as soon as it is there.
+fn compute(
+    cells: &[Cell],
+    store: &Store,
+    n_reused: usize,
+) -> Result<(Vec<Result<CellRecord, BenchError>>, Seconds), BenchError> {
+    let start = Instant::now();
+    let loads: BTreeSet<usize> = cells.iter().map(|cell| cell.load).collect();
+    let data = DataSet::simulate(&loads)?;
+    let draws: BTreeSet<(&str, usize)> = cells.iter().map(|c| (c.seed.as_str(), c.load)).collect();
+    let splits: BTreeMap<(&str, usize), Split> = draws
+        .into_iter()
+        .map(|(seed, load)| ((seed, load), Split::draw(seed, load)))
+        .collect();
+    let data_set = start.elapsed().as_secs_f64();
+
+    let start = Instant::now();
+    let progress = Progress::start(cells.len(), n_reused);
+    let one = |cell: &Cell| {
+        let record = measure(cell, &data, &splits[&(cell.seed.as_str(), cell.load)]);
+        let record = record.and_then(|record| store.save(&record).map(|()| record));
+        progress.finished(cell);
+        record
+    };
+    let mut results: Vec<(usize, Result<CellRecord, BenchError>)> = longest_first(cells)
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|i| (i, one(&cells[i])))
+        .collect();
+    progress.end();
+    results.sort_by_key(|(i, _)| *i);
+    let results = results.into_iter().map(|(_, result)| result).collect();
+    let cells = start.elapsed().as_secs_f64();
+    Ok((results, Seconds { data_set, cells }))
+}
+
+/// Indices of the cells, those that take longest first, so that no thread is left alone with one at the end.
+fn longest_first(cells: &[Cell]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..cells.len()).collect();
+    order.sort_by_key(|&i| std::cmp::Reverse((cells[i].model.is_gp(), cells[i].n)));
+    order
+}
+
+fn thread_pool(n_threads: usize) -> Result<rayon::ThreadPool, BenchError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(n_threads)
+        .build()
+        .map_err(|e| BenchError::Threads {
+            n_threads,
+            message: e.to_string(),
+        })
+}

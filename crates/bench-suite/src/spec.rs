@@ -1,0 +1,262 @@
+//! Experiments as data: which cells a table or figure needs, and what is expected of it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Deserialize;
+
+use crate::cell::{Cell, ModelKind};
+use crate::error::BenchError;
+use crate::split::UNIQUE;
+
+/// Sources of the experiments, compiled in so that the program runs from anywhere.
+const SOURCES: [(&str, &str); 2] = [
+    ("table3.toml", include_str!("../experiments/table3.toml")),
+    ("fig07.toml", include_str!("../experiments/fig07.toml")),
+];
+
+/// Joints of the PUMA 560.
+pub const N_JOINTS: usize = 6;
+/// Training samples of a load, the largest size.
+pub const MAX_SIZE: usize = 4000;
+
+/// How much of an experiment to run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Profile {
+    /// Minutes: joints 1, 3, 6 at n = 20 and 170.
+    Smoke,
+    /// Everything that the chapter reports.
+    Full,
+}
+
+impl Profile {
+    /// smoke or full.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Smoke => "smoke",
+            Self::Full => "full",
+        }
+    }
+}
+
+/// Loads, joints and sizes of a run, all from 1 as in the chapter.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scope {
+    /// Loads c1..c15.
+    pub loads: Vec<usize>,
+    /// Joints 1..6.
+    pub joints: Vec<usize>,
+    /// Training-set sizes.
+    pub sizes: Vec<usize>,
+}
+
+/// What is expected of the published rows.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Expectation {
+    /// Model whose rows are checked.
+    pub reference_model: ModelKind,
+    /// Largest accepted ratio of ours to the published value.
+    pub worse_at_most: f64,
+    /// Training-set size of the check.
+    pub size: usize,
+}
+
+/// One table or figure.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Experiment {
+    /// Name on the command line.
+    pub name: String,
+    /// Caption.
+    pub title: String,
+    /// Seed of its draws; experiments with the same seed share cells.
+    pub seed: String,
+    /// Models compared.
+    pub models: Vec<ModelKind>,
+    /// Scope of each profile.
+    pub profile: BTreeMap<Profile, Scope>,
+    /// Expectation of the published rows, where there is one.
+    pub expect: Option<Expectation>,
+    /// Prose.
+    pub text: Prose,
+}
+
+/// Prose of an experiment.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Prose {
+    /// How to read the result.
+    pub analysis: String,
+}
+
+/// Restrictions of a run below its profile, for development.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Selection {
+    /// Loads, all of the profile if none.
+    pub loads: Option<Vec<usize>>,
+    /// Joints, all of the profile if none.
+    pub joints: Option<Vec<usize>>,
+    /// Sizes instead of the profile's.
+    pub sizes: Option<Vec<usize>>,
+}
+
+impl Experiment {
+    /// Every experiment there is, in the order of the chapter.
+    ///
+    /// # Errors
+    /// `Experiment` if a description does not follow the format.
+    pub fn all() -> Result<Vec<Self>, BenchError> {
+        SOURCES
+            .iter()
+            .map(|(name, source)| Self::parse(name, source))
+            .collect()
+    }
+
+    /// Reads one description.
+    ///
+    /// # Errors
+    /// `Experiment` if it is not TOML of this format, or names a load, joint or size that does not exist.
+    pub fn parse(name: &str, source: &str) -> Result<Self, BenchError> {
+        let refuse = |message: String| BenchError::Experiment {
+            name: name.to_string(),
+            message,
+        };
+        let experiment: Self = toml::from_str(source).map_err(|e| refuse(e.to_string()))?;
+        for (profile, scope) in &experiment.profile {
+            scope
+                .validate()
+                .map_err(|message| refuse(format!("profile {}: {message}", profile.name())))?;
+        }
+        Ok(experiment)
+    }
+
+    /// The experiments named, or all of them when no name is given.
+    ///
+    /// # Errors
+    /// `UnknownName` if one does not exist; `Experiment` as in [`Self::all`].
+    pub fn named(names: &[String]) -> Result<Vec<Self>, BenchError> {
+        let all = Self::all()?;
+        let known = || all.iter().map(|e| e.name.as_str()).collect::<Vec<_>>();
+        if let Some(name) = names.iter().find(|name| !known().contains(&name.as_str())) {
+            return Err(BenchError::UnknownName {
+                what: "experiment",
+                name: name.clone(),
+                known: known().join(", "),
+            });
+        }
+        let is_chosen = |e: &Self| names.is_empty() || names.contains(&e.name);
+        Ok(all.into_iter().filter(is_chosen).collect())
+    }
+
+    /// Scope under a profile and a selection.
+    ///
+    /// # Errors
+    /// `Experiment` if the profile is missing, `NothingSelected` if the selection leaves nothing.
+    pub fn scope(&self, profile: Profile, selection: &Selection) -> Result<Scope, BenchError> {
+        let scope = self.profile.get(&profile).ok_or(BenchError::Experiment {
+            name: self.name.clone(),
+            message: format!("profile {} is missing", profile.name()),
+        })?;
+        let keep = |all: &[usize], chosen: &Option<Vec<usize>>| -> Vec<usize> {
+            let is_kept = |i: &&usize| chosen.as_ref().is_none_or(|c| c.contains(i));
+            all.iter().filter(is_kept).copied().collect()
+        };
+        let scope = Scope {
+            loads: keep(&scope.loads, &selection.loads),
+            joints: keep(&scope.joints, &selection.joints),
+            sizes: selection.sizes.clone().unwrap_or(scope.sizes.clone()),
+        };
+        if scope.loads.is_empty() || scope.joints.is_empty() || scope.sizes.is_empty() {
+            let what = format!("{selection:?} within {}", self.name);
+            return Err(BenchError::NothingSelected { what });
+        }
+        Ok(scope)
+    }
+
+    /// Cells of a scope.
+    pub fn cells(&self, scope: &Scope) -> BTreeSet<Cell> {
+        let mut cells = BTreeSet::new();
+        for &load in &scope.loads {
+            for &joint in &scope.joints {
+                for &model in &self.models {
+                    cells.extend(scope.sizes.iter().map(|&n| Cell {
+                        seed: self.seed.clone(),
+                        load,
+                        joint,
+                        model,
+                        n,
+                    }));
+                }
+            }
+        }
+        cells
+    }
+}
+
+impl Scope {
+    fn validate(&self) -> Result<(), String> {
+        check("load", &self.loads, UNIQUE.len())?;
+        check("joint", &self.joints, N_JOINTS)?;
+        check("size", &self.sizes, MAX_SIZE)
+    }
+}
+
+/// Whether all numbers lie in 1..=max.
+fn check(what: &str, numbers: &[usize], max: usize) -> Result<(), String> {
+    match numbers.iter().find(|i| !(1..=max).contains(i)) {
+        Some(i) => Err(format!("{what} {i} is not in 1 to {max}")),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn smoke_is_the_published_subset() {
+        let all = Experiment::all().unwrap();
+        let cells: BTreeSet<Cell> = all
+            .iter()
+            .flat_map(|e| e.cells(&e.scope(Profile::Smoke, &Selection::default()).unwrap()))
+            .collect();
+        // 15 loads × 3 joints × 4 models × 2 sizes; table 3's cells are among those of fig. 7.
+        assert_eq!(cells.len(), 360);
+    }
+
+    #[test]
+    fn full_is_everything_in_fig_7() {
+        let fig07 = &Experiment::named(&["fig07".to_string()]).unwrap()[0];
+        let scope = fig07.scope(Profile::Full, &Selection::default()).unwrap();
+        assert_eq!(fig07.cells(&scope).len(), 15 * 6 * 6 * 4);
+    }
+
+    #[test]
+    fn a_selection_narrows_the_profile() {
+        let table3 = &Experiment::named(&["table3".to_string()]).unwrap()[0];
+        let selection = Selection {
+            loads: Some(vec![2]),
+            joints: Some(vec![3, 5]),
+            sizes: Some(vec![40]),
+        };
+        let scope = table3.scope(Profile::Smoke, &selection).unwrap();
+        assert_eq!(
+            (scope.loads, scope.joints, scope.sizes),
+            (vec![2], vec![3], vec![40])
+        );
+    }
+
+    #[test]
+    fn unknown_names_and_numbers_are_refused() {
+        let error = Experiment::named(&["fig70".to_string()]).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "unknown experiment \"fig70\"; known: table3, fig07"
+        );
+        let source = include_str!("../experiments/table3.toml").replace("[1, 3, 6]", "[1, 7]");
+        let error = Experiment::parse("x", &source).unwrap_err().to_string();
+        assert!(error.contains("joint 7 is not in 1 to 6"), "{error}");
+    }
+}

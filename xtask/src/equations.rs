@@ -1,0 +1,323 @@
+//! docs/EQUATIONS.md: every equation of the chapter, the item that implements it and where it is tested.
+//!
+//! Items are found by the equation numbers in the `# Source` sections of the libraries' documentation, tests by
+//! their files: `tests/eq_NN.rs`, the unit tests beside an item, or a test file that names the equation.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context, ensure};
+
+use crate::paths::{files, root, shown};
+
+/// The chapter's equations: numbers, contents, and the reason where there is no item.
+const EQUATIONS: [(u32, &str, Option<&str>); 28] = [
+    (
+        1,
+        "torque from the Lagrangian",
+        Some(
+            "the recursion of Newton and Euler gives the same torques without derivatives of energies",
+        ),
+    ),
+    (
+        2,
+        "torque as inertia, Coriolis, gravity and friction terms",
+        None,
+    ),
+    (3, "posterior mean", None),
+    (4, "posterior variance", None),
+    (5, "smooth covariance", None),
+    (6, "Coulomb covariance", None),
+    (7, "full covariance", None),
+    (8, "log marginal likelihood", None),
+    (9, "Bayesian linear regression", None),
+    (
+        10,
+        "torque linear in the inertial parameters of the last link",
+        None,
+    ),
+    (11, "parameters of a context", None),
+    (12, "torque linear in the parameters", None),
+    (13, "parameters up to a linear map", MANY),
+    (14, "multi-task prior", MANY),
+    (15, "prior on the functions z", MANY),
+    (16, "prior on the torques of all contexts", MANY),
+    (17, "prediction for a complete block design", MANY),
+    (18, "likelihood without noise", MANY),
+    (19, "BIC of a rank", MANY),
+    (20, "torques from eleven known contexts", MANY),
+    (21, "which context is it", MANY),
+    (22, "starting values", None),
+    (23, "likelihood of a complete block", MANY),
+    (24, "its gradient with respect to K^ρ", MANY),
+    (25, "K^ρ at the maximum", MANY),
+    (26, "likelihood at the maximum", MANY),
+    (27, "first K^ρ by expectation", MANY),
+    (28, "first K^ρ from augmented targets", MANY),
+];
+
+/// Why the equations of sections 4 and 5 have no item.
+const MANY: Option<&str> = Some("many contexts: not implemented yet");
+
+/// Where an equation is implemented and tested, both as paths from the root.
+#[derive(Debug, Default, Clone, PartialEq, Eq)]
+struct Places {
+    items: Vec<String>,
+    tests: Vec<String>,
+}
+
+/// Writes docs/EQUATIONS.md, or with `check` only compares it.
+///
+/// # Errors
+/// If an equation has neither item nor reason, an item without a test, or an item in spite of a reason;
+/// with `check`, also if the file differs.
+#[expect(clippy::print_stdout, reason = "the result is what the command is for")]
+pub fn run(check: bool) -> anyhow::Result<ExitCode> {
+    let places = places()?;
+    let gaps = gaps(&places);
+    ensure!(gaps.is_empty(), "{}", gaps.join("\n"));
+    let (path, text) = (root().join("docs/EQUATIONS.md"), page(&places));
+    if check {
+        let present = std::fs::read_to_string(&path).context("docs/EQUATIONS.md")?;
+        ensure!(
+            present == text,
+            "docs/EQUATIONS.md is out of date: run `cargo xtask equations`"
+        );
+        println!("docs/EQUATIONS.md is up to date");
+    } else {
+        std::fs::write(&path, text)?;
+        println!("docs/EQUATIONS.md written");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn places() -> anyhow::Result<BTreeMap<u32, Places>> {
+    let mut places: BTreeMap<u32, Places> = BTreeMap::new();
+    for path in files(&root().join("crates"), &["rs"])? {
+        let (text, name) = (std::fs::read_to_string(&path)?, shown(&path));
+        if name.contains("/tests/") {
+            for number in tested(&path, &text) {
+                push(&mut places.entry(number).or_default().tests, &name);
+            }
+            continue;
+        }
+        let has_tests = text.contains("#[cfg(test)]");
+        for (number, item) in sources(&text) {
+            let place = places.entry(number).or_default();
+            push(&mut place.items, &format!("{name}: {item}"));
+            if has_tests {
+                push(&mut place.tests, &name);
+            }
+        }
+    }
+    Ok(places)
+}
+
+fn push(list: &mut Vec<String>, entry: &str) {
+    if !list.iter().any(|present| present == entry) {
+        list.push(entry.to_string());
+    }
+}
+
+/// Equations that a test file is about: the number in `eq_NN.rs`, and those its text names.
+fn tested(path: &Path, text: &str) -> Vec<u32> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let by_name: Option<u32> = stem.strip_prefix("eq_").and_then(|n| n.parse().ok());
+    let mut numbers = numbers(text);
+    numbers.extend(by_name);
+    numbers
+}
+
+/// (equation, item) for every equation number in a `# Source` section.
+fn sources(text: &str) -> Vec<(u32, String)> {
+    let lines: Vec<&str> = text.lines().map(str::trim).collect();
+    let mut found = Vec::new();
+    for (i, line) in lines.iter().enumerate() {
+        let Some(marker) = ["///", "//!"]
+            .into_iter()
+            .find(|m| *line == format!("{m} # Source"))
+        else {
+            continue;
+        };
+        let section: Vec<&str> = lines[i + 1..]
+            .iter()
+            .map_while(|line| line.strip_prefix(marker))
+            .take_while(|line| !line.trim().is_empty() && !line.starts_with(" #"))
+            .collect();
+        let item = match marker {
+            "///" => item_after(&lines[i..]),
+            _ => "the module".to_string(),
+        };
+        found.extend(
+            numbers(&section.join(" "))
+                .into_iter()
+                .map(|n| (n, item.clone())),
+        );
+    }
+    found
+}
+
+/// Name of the first item after a documentation comment.
+fn item_after(lines: &[&str]) -> String {
+    let is_code =
+        |line: &&&str| !line.starts_with("//") && !line.starts_with("#[") && !line.is_empty();
+    let declaration = lines.iter().find(is_code).copied().unwrap_or_default();
+    let keywords = [
+        "fn", "struct", "enum", "trait", "const", "static", "type", "impl", "mod",
+    ];
+    let mut words = declaration
+        .split([' ', '(', '<', ':', '{'])
+        .filter(|word| !word.is_empty());
+    let is_keyword = |word: &str| keywords.contains(&word);
+    match words.by_ref().find(|word| is_keyword(word)) {
+        // `const fn name`: the name follows the last keyword.
+        Some(_) => words
+            .find(|word| !is_keyword(word))
+            .unwrap_or_default()
+            .to_string(),
+        None => declaration
+            .split([' ', '(', ','])
+            .next()
+            .unwrap_or_default()
+            .to_string(),
+    }
+}
+
+/// Equation numbers of a text: "eq. (8)", "eqs. (3)–(4)", "eqs. (5), (7) and (22)".
+fn numbers(text: &str) -> Vec<u32> {
+    let mut found: Vec<u32> = Vec::new();
+    let lower = text.to_lowercase();
+    for start in ["eq. ", "eqs. "]
+        .iter()
+        .flat_map(|word| lower.match_indices(word))
+    {
+        let mut rest = &lower[start.0 + start.1.len()..];
+        let mut is_range = false;
+        while let Some((number, after)) = parenthesised(rest) {
+            let previous = found.last().copied();
+            match previous.filter(|_| is_range) {
+                Some(first) => found.extend(first + 1..=number),
+                None => found.push(number),
+            }
+            let Some((separator, next)) = separated(after) else {
+                break;
+            };
+            is_range = separator == "–";
+            rest = next;
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// The number of "(8)…" and what follows it.
+fn parenthesised(text: &str) -> Option<(u32, &str)> {
+    let (number, rest) = text.strip_prefix('(')?.split_once(')')?;
+    Some((number.parse().ok()?, rest))
+}
+
+/// A separator of a list of equations and what follows it.
+fn separated(text: &str) -> Option<(&'static str, &str)> {
+    let separators = ["–", ", ", " and "];
+    separators
+        .into_iter()
+        .find_map(|s| Some((s, text.strip_prefix(s)?)))
+}
+
+fn gaps(places: &BTreeMap<u32, Places>) -> Vec<String> {
+    let judge = |(number, _, reason): &(u32, &str, Option<&str>)| {
+        let place = places.get(number).cloned().unwrap_or_default();
+        match (place.items.is_empty(), place.tests.is_empty(), reason) {
+            (true, _, None) => Some(format!("eq. ({number}): no `# Source` section names it")),
+            (false, true, _) => Some(format!(
+                "eq. ({number}): no test in or for {}",
+                place.items.join(", ")
+            )),
+            (false, _, Some(_)) => Some(format!(
+                "eq. ({number}): implemented, remove the reason from equations.rs"
+            )),
+            _ => None,
+        }
+    };
+    EQUATIONS.iter().filter_map(judge).collect()
+}
+
+fn page(places: &BTreeMap<u32, Places>) -> String {
+    let mut page = String::from(
+        "# The chapter's equations in the code\n\n\
+         Generated by `cargo xtask equations`; do not edit.\n\n\
+         | eq. | what | where | tested in |\n| ---: | --- | --- | --- |\n",
+    );
+    for (number, what, reason) in EQUATIONS {
+        let place = places.get(&number).cloned().unwrap_or_default();
+        let items = match reason {
+            Some(reason) => reason.to_string(),
+            None => place.items.join("<br>"),
+        };
+        let tests = if reason.is_some() {
+            String::new()
+        } else {
+            place.tests.join("<br>")
+        };
+        let row = format!("| ({number}) | {what} | {items} | {tests} |\n");
+        page.push_str(&row);
+    }
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_in_all_their_forms() {
+        assert_eq!(numbers("Eq. (8); Rasmussen 2006, eq. (2.25)."), [8]);
+        assert_eq!(
+            numbers("eqs. (3)–(4) and (22); eqs. (5), (7)"),
+            [3, 4, 5, 7, 22]
+        );
+        assert_eq!(numbers("Sec. 3.4, table 3"), Vec::<u32>::new());
+    }
+
+    #[test]
+    fn a_source_section_belongs_to_the_next_item() {
+        let text = "/// Sum.\n/// # Source\n/// Eq. (5),\n/// and eq. (6).\n/// # Panics\n/// Eq. (9).\n#[must_use]\npub const fn sum(a: f64) {}\n";
+        assert_eq!(
+            sources(text),
+            [(5, "sum".to_string()), (6, "sum".to_string())]
+        );
+        assert_eq!(
+            sources("//! # Source\n//! Eq. (7).\n"),
+            [(7, "the module".to_string())]
+        );
+    }
+
+    #[test]
+    fn gaps_are_named() {
+        let place = |items: &[&str], tests: &[&str]| Places {
+            items: items.iter().map(ToString::to_string).collect(),
+            tests: tests.iter().map(ToString::to_string).collect(),
+        };
+        let mut places: BTreeMap<u32, Places> =
+            (1..=28).map(|n| (n, place(&["a"], &["t"]))).collect();
+        places.insert(5, place(&[], &[]));
+        places.insert(6, place(&["b"], &[]));
+        let found = gaps(&places);
+        assert!(
+            found.contains(&"eq. (5): no `# Source` section names it".to_string()),
+            "{found:?}"
+        );
+        assert!(
+            found.contains(&"eq. (6): no test in or for b".to_string()),
+            "{found:?}"
+        );
+        assert!(
+            found
+                .iter()
+                .any(|gap| gap.starts_with("eq. (18): implemented")),
+            "{found:?}"
+        );
+    }
+}
