@@ -31,14 +31,23 @@ pub fn contestants(states: &States) -> Result<Vec<Box<dyn Contestant + '_>>> {
     };
     let name = "puma-dyn, with friction, rotors and payload";
     let context = loaded(&model)?;
-    let full = Ours { name, effects: Effects::ALL, context, model, workspace, states };
+    let full = Ours {
+        name,
+        effects: Effects::ALL,
+        context,
+        model,
+        workspace,
+        states,
+    };
     Ok(vec![Box::new(rigid), Box::new(full)])
 }
 
 /// A 2 kg cuboid held askew.
 fn loaded(model: &Model) -> Result<Context> {
     let payload = Payload::cuboid(2.0, [0.1, 0.2, 0.3], [0.02, 0.0, 0.1], [0.3, -0.2, 0.5])?;
-    let flange = model.frame_idx(puma560::LAST_LINK).context("no last link")?;
+    let flange = model
+        .frame_idx(puma560::LAST_LINK)
+        .context("no last link")?;
     Ok(model.attach(flange, &payload)?.into())
 }
 
@@ -46,7 +55,16 @@ impl Ours<'_> {
     fn call(&mut self, state: &State, tau: &mut [f64; 6]) {
         let State { q, qd, qdd } = state;
         let (workspace, context) = (&mut self.workspace, &self.context);
-        rnea(&self.model, workspace, self.effects, context, q, qd, qdd, tau);
+        rnea(
+            &self.model,
+            workspace,
+            self.effects,
+            context,
+            q,
+            qd,
+            qdd,
+            tau,
+        );
     }
 }
 
@@ -91,19 +109,32 @@ pub fn time_data_set() -> Result<()> {
     let mut workspace = Workspace::new(&model);
     let context = loaded(&model)?;
     let mut uniform = Uniform(15);
-    let inputs: Vec<[f64; 18]> =
-        (0..SAMPLES).map(|_| std::array::from_fn(|_| uniform.next())).collect();
+    let inputs: Vec<[f64; 18]> = (0..SAMPLES)
+        .map(|_| std::array::from_fn(|_| uniform.next()))
+        .collect();
     let mut torques = vec![0.0; SAMPLES * LOADS * 6];
 
     let start = Instant::now();
     for per_load in torques.chunks_exact_mut(SAMPLES * 6) {
         for (x, tau) in inputs.iter().zip(per_load.chunks_exact_mut(6)) {
             let ((q, qd), qdd) = (x[..12].split_at(6), &x[12..]);
-            rnea(&model, &mut workspace, Effects::ALL, &context, q, qd, qdd, tau);
+            rnea(
+                &model,
+                &mut workspace,
+                Effects::ALL,
+                &context,
+                q,
+                qd,
+                qdd,
+                tau,
+            );
         }
     }
     let seconds = start.elapsed().as_secs_f64();
     black_box(&torques);
-    println!("\n{} torque vectors with everything: {seconds:.3} s on one core", SAMPLES * LOADS);
+    println!(
+        "\n{} torque vectors with everything: {seconds:.3} s on one core",
+        SAMPLES * LOADS
+    );
     Ok(())
 }

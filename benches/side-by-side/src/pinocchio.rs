@@ -10,7 +10,8 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::theirs::URDF;
+use puma_dyn::{Inertial, puma560};
+
 use crate::{Contestant, GRAVITY, States};
 
 const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/pinocchio/rnea.cpp");
@@ -34,16 +35,23 @@ impl Driver {
         let (version, prefix) = locate()?;
         let program = compile(&prefix)?;
         let mut child = Command::new(program)
-            .args([URDF, &GRAVITY.to_string(), &states.len().to_string()])
+            .args([GRAVITY.to_string(), states.len().to_string()])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
             .context("the compiled driver does not start")?;
         let mut requests = child.stdin.take().context("no pipe to the driver")?;
         let answers = BufReader::new(child.stdout.take().context("no pipe from the driver")?);
-        requests.write_all(as_text(states)?.as_bytes())?;
+        requests.write_all(robot_as_text()?.as_bytes())?;
+        requests.write_all(states_as_text(states)?.as_bytes())?;
         let name = format!("pinocchio {version} (C++), rigid body");
-        Ok(Self { name, child, requests, answers, n_states: states.len() })
+        Ok(Self {
+            name,
+            child,
+            requests,
+            answers,
+            n_states: states.len(),
+        })
     }
 
     fn ask(&mut self, request: &str) -> Result<String> {
@@ -72,9 +80,16 @@ impl Contestant for Driver {
         let mut line = self.ask("torques")?;
         let mut torques = Vec::with_capacity(self.n_states);
         loop {
-            let numbers: Vec<f64> =
-                line.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
-            torques.push(numbers.try_into().ok().context("the driver did not print six torques")?);
+            let numbers: Vec<f64> = line
+                .split_whitespace()
+                .map(str::parse)
+                .collect::<Result<_, _>>()?;
+            torques.push(
+                numbers
+                    .try_into()
+                    .ok()
+                    .context("the driver did not print six torques")?,
+            );
             if torques.len() == self.n_states {
                 return Ok(torques);
             }
@@ -108,7 +123,10 @@ fn locate() -> Result<(String, PathBuf)> {
     let text = String::from_utf8(output.stdout)?;
     let mut lines = text.lines();
     let (version, prefix) = (lines.next(), lines.next());
-    Ok((version.context("no version")?.to_owned(), prefix.context("no prefix")?.into()))
+    Ok((
+        version.context("no version")?.to_owned(),
+        prefix.context("no prefix")?.into(),
+    ))
 }
 
 /// Compiles the driver with the optimisation level that Pinocchio's own benchmarks use.
@@ -116,26 +134,69 @@ fn compile(prefix: &Path) -> Result<PathBuf> {
     let program = std::env::temp_dir().join(format!("side-by-side-rnea-{}", std::process::id()));
     let (include, lib) = (prefix.join("include"), prefix.join("lib"));
     let output = Command::new("g++")
-        .args(["-std=c++17", "-O3", "-DNDEBUG", "-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION", SOURCE])
+        .args([
+            "-std=c++17",
+            "-O3",
+            "-DNDEBUG",
+            "-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION",
+            // Pinocchio has more joint types than Boost's lists hold by default.
+            "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
+            "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
+            SOURCE,
+        ])
         .arg("-I")
         .arg(&include)
         .arg("-I")
         .arg(include.join("eigen3"))
         .arg("-L")
         .arg(&lib)
-        .args(["-lpinocchio_default", "-lpinocchio_parsers"])
+        .arg("-lpinocchio_default")
         .arg(format!("-Wl,-rpath,{}", lib.display()))
         .arg("-o")
         .arg(&program)
         .output()
         .context("g++ cannot be run")?;
     if !output.status.success() {
-        bail!("g++ failed: {}", String::from_utf8_lossy(&output.stderr));
+        let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+        let first = messages.lines().find(|line| line.contains("error"));
+        bail!("g++ failed: {}", first.unwrap_or(&messages));
     }
     Ok(program)
 }
 
-fn as_text(states: &States) -> Result<String> {
+/// One row per joint, as the driver reads them.
+///
+/// The robot does not go through a URDF: the wheel lacks the headers of its parser, and a URDF's
+/// continuous joints would hand Pinocchio the cosine and sine of every angle for free.
+fn robot_as_text() -> Result<String> {
+    let robot = puma560::description();
+    let mut text = String::new();
+    for (joint, link) in robot.joints.iter().zip(robot.links.iter().skip(1)) {
+        ensure!(
+            joint.axis == [0.0, 0.0, 1.0] && joint.child == link.name,
+            "not a chain about z"
+        );
+        let Inertial {
+            mass,
+            centre,
+            inertia,
+        } = link.inertial.context("a link without inertia")?;
+        let rotation = joint.origin.rotation.transpose(); // stored by columns
+        let origin = rotation.iter().chain(&joint.origin.translation);
+        for number in origin
+            .chain([&mass])
+            .chain(&centre)
+            .chain(inertia.as_flattened())
+        {
+            write!(text, "{number} ")?;
+        }
+        text.push('\n');
+    }
+    Ok(text)
+}
+
+/// One row per state: q, qd, qdd.
+fn states_as_text(states: &States) -> Result<String> {
     let mut text = String::new();
     for state in states {
         for number in state.q.iter().chain(&state.qd).chain(&state.qdd) {

@@ -15,7 +15,11 @@ pub fn states() -> Vec<State> {
     let mut uniform = Uniform(0x5EED_0F_0A55);
     let mut row = |range: f64| std::array::from_fn(|_| range * uniform.next());
     (0..N_STATES)
-        .map(|_| State { q: row(std::f64::consts::PI), qd: row(2.0), qdd: row(4.0) })
+        .map(|_| State {
+            q: row(std::f64::consts::PI),
+            qd: row(2.0),
+            qdd: row(4.0),
+        })
         .collect()
 }
 

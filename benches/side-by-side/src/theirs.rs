@@ -9,7 +9,7 @@ use crate::states::State;
 use crate::{Contestant, States};
 
 /// The PUMA's URDF, which holds the same rigid bodies as the built-in table.
-pub const URDF: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/puma560.urdf");
+const URDF: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/puma560.urdf");
 
 struct Dynibo<'a> {
     robot: dynibo::Robot,
@@ -17,7 +17,10 @@ struct Dynibo<'a> {
 }
 
 pub fn dynibo(states: &States) -> Result<Box<dyn Contestant + '_>> {
-    Ok(Box::new(Dynibo { robot: dynibo::Robot::from_urdf(URDF)?, states }))
+    Ok(Box::new(Dynibo {
+        robot: dynibo::Robot::from_urdf(URDF)?,
+        states,
+    }))
 }
 
 impl Contestant for Dynibo<'_> {

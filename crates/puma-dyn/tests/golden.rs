@@ -37,7 +37,7 @@ fn half_digit(printed: &str) -> f64 {
     let digits = printed
         .split_once('.')
         .map_or(4, |(_, digits)| digits.len());
-    0.5000001 * 10.0_f64.powi(-i32::try_from(digits).unwrap())
+    0.500_000_1 * 10.0_f64.powi(-i32::try_from(digits).unwrap())
 }
 
 fn assert_printed(values: &[f64], printed: &str) {
