@@ -112,8 +112,7 @@ impl ScenarioFile {
     /// # Errors
     /// [`DynError::Scenario`] with the key and what is wrong with it.
     pub fn parse(text: &str) -> Result<Self, DynError> {
-        let file: Self =
-            toml::from_str(text).map_err(|error| fault(error.to_string().trim_end()))?;
+        let file: Self = toml::from_str(text).map_err(|error| not_toml(text, &error))?;
         file.check_robot()?;
         file.check_paths()?;
         file.check_loads()?;
@@ -183,18 +182,27 @@ impl ScenarioFile {
 
     fn check_loads(&self) -> Result<(), DynError> {
         for (idx, load) in self.loads.iter().enumerate() {
-            if self.loads[..idx]
-                .iter()
-                .any(|other| other.name == load.name)
-            {
+            let name = &load.name;
+            // Names become parts of file names and fields of CSV files.
+            let is_plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+            if name.is_empty() || !name.chars().all(is_plain) {
                 return Err(fault(&format!(
-                    "load name `{}` is used more than once",
-                    load.name
+                    "load name `{name}` must be letters, digits, `-` and `_`"
                 )));
+            }
+            if self.loads[..idx].iter().any(|other| other.name == *name) {
+                return Err(fault(&format!("load name `{name}` is used more than once")));
             }
         }
         Ok(())
     }
+}
+
+/// What the parser refuses, in one line with its place.
+fn not_toml(text: &str, error: &toml::de::Error) -> DynError {
+    let at = error.span().map_or(0, |span| span.start).min(text.len());
+    let line = text[..at].matches('\n').count() + 1;
+    fault(&format!("line {line}: {}", error.message()))
 }
 
 fn finite(key: &str, value: f64) -> Result<(), DynError> {

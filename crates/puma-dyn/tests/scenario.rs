@@ -2,7 +2,10 @@
 
 use std::f64::consts::PI;
 
-use puma_dyn::{DynError, Scenario, Trajectory};
+use puma_dyn::{
+    DynError, FigureOfEight, Scenario, Tool, Trajectory, Workspace, bias_acceleration,
+    forward_kinematics, jacobian,
+};
 
 const REFERENCE: &str = include_str!("../../../fixtures/scenario.toml");
 
@@ -168,6 +171,71 @@ fn rates_and_accelerations_are_the_derivatives_of_the_trigonometric_interpolant(
     }
 }
 
+#[test]
+fn the_wrist_follows_the_path_without_turning() {
+    // The model's own forward kinematics, Jacobian and bias acceleration, which the data set does not use.
+    let scenario = Scenario::reference();
+    let (model, trajectory) = (scenario.model(), run(&scenario, "p3", "s2"));
+    let path = FigureOfEight {
+        centre: [0.55, 0.0, 0.44 - 0.6718],
+        rotation: 10_f64.to_radians(),
+        half_width: 0.10,
+        half_height: 0.25,
+    };
+    let tool = Tool {
+        offset: 0.15,
+        pitch: -PI / 4.0,
+        yaw: -10_f64.to_radians(),
+    };
+    let rate = 2.0 * PI / 15.0;
+    let frame_idx = model.frame_idx("link6").unwrap();
+    let mut workspace = Workspace::new(model);
+    for k in (0..trajectory.n_samples()).step_by(97) {
+        let (q, qd, qdd) = trajectory.state(k);
+        let motion = path.motion(2.0 * PI * k as f64 / 4000.0);
+        let expected = tool.wrist_pose(&motion.point);
+        let pose = forward_kinematics(model, frame_idx, q);
+        assert!(
+            (pose.rotation - expected.rotation).amax() < 1e-13,
+            "sample {k}: {pose:?}"
+        );
+        assert!(
+            (pose.translation - expected.translation).amax() < 1e-13,
+            "sample {k}: {pose:?}"
+        );
+
+        let mut rows = [0.0; 36];
+        jacobian(model, frame_idx, q, &mut rows);
+        let product = |i: usize, rates: &[f64]| -> f64 {
+            rows[6 * i..6 * i + 6]
+                .iter()
+                .zip(rates)
+                .map(|(a, b)| a * b)
+                .sum()
+        };
+        let bias = bias_acceleration(model, &mut workspace, frame_idx, q, qd);
+        for i in 0..6 {
+            let (velocity, acceleration, bias) = match i {
+                0..3 => (
+                    motion.velocity[i] * rate,
+                    motion.acceleration[i] * rate * rate,
+                    bias.linear[i],
+                ),
+                _ => (0.0, 0.0, bias.angular[i - 3]),
+            };
+            // Rates below 10 rad/s through a well-conditioned Jacobian: some hundred roundings.
+            assert!(
+                (product(i, qd) - velocity).abs() < 1e-13,
+                "sample {k}, row {i}"
+            );
+            assert!(
+                (product(i, qdd) + bias - acceleration).abs() < 1e-12,
+                "sample {k}, row {i}"
+            );
+        }
+    }
+}
+
 /// Coefficients (a, b) of a·cos nφ + b·sin nφ for n = 1 … n_modes.
 fn fourier_modes(samples: &[f64], n_modes: usize) -> Vec<(f64, f64)> {
     let n = samples.len();
@@ -245,7 +313,11 @@ fn heavier_loads_are_two_hundred_grams_apart() {
 fn faults_of_a_scenario_file_are_named() {
     let cases = [
         ("half_width = 0.10", "half_widht = 0.10", "half_widht"),
-        ("half_width = 0.10", "", "missing field `half_width`"),
+        (
+            "half_width = 0.10",
+            "",
+            "line 37: missing field `half_width`",
+        ),
         (
             "half_width = 0.10",
             "half_width = -0.1",
@@ -296,6 +368,11 @@ fn faults_of_a_scenario_file_are_named() {
             "name = \"c2\"",
             "name = \"c1\"",
             "load name `c1` is used more than once",
+        ),
+        (
+            "name = \"c2\"",
+            "name = \"../c2\"",
+            "load name `../c2` must be letters",
         ),
         (
             "mass = 0.4",
