@@ -13,17 +13,22 @@
 //! [joint.finger]
 //! viscous_joint = 0.7                   # N·m·s/rad (prismatic: N·s/m), joint side
 //! coulomb_joint = 1.2                   # N·m (prismatic: N), joint side, the same both ways; ≥ 0
+//!
+//! [joint.mimicking_finger]
+//! locked_at = 0.02                      # rad or m: the joint is fixed there and is no longer a number of q
 //! ```
 //! A key that is not in this list is an error, and so is a joint the robot does not have.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use serde::Deserialize;
 
 use crate::description::{Drive, JointDescription, JointKind, RobotDescription};
 use crate::error::DynError;
 use crate::friction::Friction;
+use crate::spatial::Pose;
 use crate::urdf::read;
 use crate::warning::Warning;
 
@@ -72,6 +77,7 @@ struct JointKeys {
     coulomb_motor_negative: Option<f64>,
     viscous_joint: Option<f64>,
     coulomb_joint: Option<f64>,
+    locked_at: Option<f64>,
 }
 
 impl Sidecar {
@@ -118,7 +124,15 @@ impl Sidecar {
             .is_some_and(|keys| keys.gear_ratio.is_some())
     }
 
-    /// Lays the drives of this file over a robot's.
+    /// True if this joint is to be fixed.
+    #[must_use]
+    pub fn locks(&self, joint: &str) -> bool {
+        self.joints
+            .get(joint)
+            .is_some_and(|keys| keys.locked_at.is_some())
+    }
+
+    /// Lays the drives of this file over a robot's, and fixes the joints it locks.
     ///
     /// What the file states replaces what the robot stated; viscous and Coulomb friction are
     /// replaced as a whole, whichever side of the gear they are on, with a warning.
@@ -134,6 +148,9 @@ impl Sidecar {
             if let Some(keys) = self.joints.get(&joint.name) {
                 warnings.extend(keys.replaced(joint));
                 keys.lay_over(&mut joint.drive);
+                if let Some(position) = keys.locked_at {
+                    lock(joint, position);
+                }
             }
         }
         Ok(warnings)
@@ -171,6 +188,7 @@ impl JointKeys {
             ),
             ("viscous_joint", self.viscous_joint, Sign::PlusOrZero),
             ("coulomb_joint", self.coulomb_joint, Sign::PlusOrZero),
+            ("locked_at", self.locked_at, Sign::Any),
         ];
         for (key, value, sign) in signs {
             if let Some(value) = value {
@@ -249,11 +267,32 @@ impl JointKeys {
     }
 }
 
+/// Makes a joint a fixed one, its child standing where the joint's `position` (rad or m) puts it.
+fn lock(joint: &mut JointDescription, position: f64) {
+    let axis = Vector3::from(joint.axis);
+    // A zero axis is the model's to refuse: it stays a moving joint here.
+    let Some(axis) = Unit::try_new(axis, 0.0) else {
+        return;
+    };
+    let moved = match joint.kind {
+        JointKind::Prismatic => Pose::new(Matrix3::identity(), axis.into_inner() * position),
+        _ => Pose::new(
+            Rotation3::from_axis_angle(&axis, position).into_inner(),
+            Vector3::zeros(),
+        ),
+    };
+    joint.origin = joint.origin.compose(&moved);
+    joint.kind = JointKind::Fixed;
+    joint.limits = None;
+    joint.drive = Drive::NONE;
+}
+
 #[derive(Clone, Copy)]
 enum Sign {
     PlusOrZero,
     MinusOrZero,
     PlusOrMinus,
+    Any,
 }
 
 impl Sign {
@@ -261,6 +300,7 @@ impl Sign {
         let (holds, requirement) = match self {
             Self::PlusOrZero => (value >= 0.0, "must not be negative"),
             Self::MinusOrZero => (value <= 0.0, "must not be positive"),
+            Self::Any => (true, ""),
             Self::PlusOrMinus => (value.abs() > 0.0, "must not be zero"),
         };
         if !value.is_finite() {

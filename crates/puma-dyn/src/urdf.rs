@@ -11,11 +11,12 @@
 //! | link without `<inertial>` on a moving joint | massless, with a warning; an error if nothing beyond it has mass |
 //! | fixed joint between moving ones | merged by the parallel-axis rule |
 //! | continuous joint | one number |
-//! | `<mimic>`, planar, floating and spherical joints, `quat_xyzw` | refused by name |
+//! | planar, floating and spherical joints, `quat_xyzw` | refused by name |
+//! | `<mimic>` | refused by name, unless the sidecar locks the joint |
 //! | xacro, SDF, MJCF, unbound prefixes, malformed XML | refused with line and column |
 //! | `<transmission>` with a reduction | not read, with a warning |
 //! | `<gazebo>`, meshes, custom tags | ignored |
-//! | angles above a full turn | a warning: degrees? |
+//! | angles too large for radians | a warning: degrees? |
 //! | inertia no rigid body has | a warning; [`Loaded::strict`] refuses |
 
 mod convert;
@@ -110,7 +111,8 @@ pub fn load_urdf(path: &Path, sidecar: Option<&Path>) -> Result<Loaded, DynError
 pub fn parse_urdf(name: &str, text: &str, sidecar: Option<&Sidecar>) -> Result<Loaded, DynError> {
     let text = text.trim_start_matches('\u{feff}');
     let scan = scan::scan(name, text)?;
-    let (mut description, mut warnings) = convert::convert(name, text, &scan)?;
+    refuse_mimics(&scan, sidecar)?;
+    let (mut description, mut warnings) = convert::convert(name, &scan)?;
     if let Some(sidecar) = sidecar {
         warnings.extend(sidecar.apply(&mut description)?);
     }
@@ -151,9 +153,19 @@ pub(crate) fn read(path: &Path) -> Result<String, DynError> {
     })
 }
 
+/// A joint that follows another one is refused unless the sidecar locks it.
+fn refuse_mimics(scan: &scan::Scan, sidecar: Option<&Sidecar>) -> Result<(), DynError> {
+    let is_locked = |joint: &str| sidecar.is_some_and(|s| s.locks(joint));
+    match scan.mimics.iter().find(|(joint, _)| !is_locked(joint)) {
+        None => Ok(()),
+        Some((_, refusal)) => Err(refusal.clone()),
+    }
+}
+
 /// A reduction is worth a word only where the sidecar does not state the gear itself.
 fn unread_transmissions(scan: &scan::Scan, sidecar: Option<&Sidecar>) -> Vec<Warning> {
-    let stated = |joint: &str| sidecar.is_some_and(|s| s.states_gear_ratio(joint));
+    let stated =
+        |joint: &str| sidecar.is_some_and(|s| s.states_gear_ratio(joint) || s.locks(joint));
     scan.transmissions
         .iter()
         .filter(|t| !stated(&t.joint))

@@ -15,10 +15,10 @@ pub enum Warning {
         /// The link.
         link: String,
     },
-    /// An angle is larger than a full turn.
+    /// An angle is too large for radians: a rotation beyond a full turn, a limit beyond two turns.
     #[error(
-        "joint `{joint}`: {quantity} = {value} is more than a full turn; URDF angles are radians, \
-         and {value} degrees would be {} rad", value.to_radians()
+        "joint `{joint}`: {quantity} = {value} looks like degrees; URDF angles are radians, and \
+         {value}° are {:.6} rad", value.to_radians()
     )]
     LooksLikeDegrees {
         /// The joint, or the joint above the link whose `<inertial>` is meant.

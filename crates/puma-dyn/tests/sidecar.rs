@@ -224,3 +224,23 @@ fn a_joint_that_does_not_exist_or_does_not_move_is_refused_by_name() {
         assert_eq!(robot, self::robot());
     }
 }
+
+#[test]
+fn a_locked_joint_becomes_a_fixed_one_at_its_position() {
+    let (robot, _) = apply("[joint.hinge]\nlocked_at = 0.5\n[joint.slide]\nlocked_at = -0.2");
+    let [hinge, slide, _] = &robot.joints[..] else {
+        panic!("three joints");
+    };
+    assert_eq!([hinge.kind, slide.kind], [JointKind::Fixed; 2]);
+    // About and along z: cos 0.5 on the diagonal, −0.2 m along the axis.
+    assert!((hinge.origin.rotation[(0, 0)] - 0.5_f64.cos()).abs() <= f64::EPSILON);
+    assert!((slide.origin.translation.z + 0.2).abs() <= f64::EPSILON);
+    assert_eq!(hinge.drive, Drive::NONE);
+    let error = Sidecar::parse("arm.toml", "[joint.hinge]\nlocked_at = nan").expect_err("NaN");
+    assert!(
+        error
+            .to_string()
+            .contains("locked_at = NaN, must be finite"),
+        "{error}"
+    );
+}

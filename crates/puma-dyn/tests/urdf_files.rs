@@ -31,17 +31,6 @@ fn numbers_that_are_not_finite_numbers_are_refused_with_their_place() {
             "`2,0` is not a finite number",
         ),
         (
-            UPPER,
-            "<mass/>",
-            "link `upper`: <mass> has no attribute `value`",
-        ),
-        (UPPER, "", "link `upper`: <inertial> has no <mass>"),
-        (
-            UPPER,
-            r#"<mass value="2"/><mass value="3"/>"#,
-            "link `upper` has more than one <mass>",
-        ),
-        (
             r#"xyz="0.2 0 0""#,
             r#"xyz="0.2 0""#,
             "<origin xyz=\"0.2 0\"> has 2 numbers, not 3",
@@ -61,6 +50,26 @@ fn numbers_that_are_not_finite_numbers_are_refused_with_their_place() {
             r#"damping="0.7""#,
             r#"damping="x""#,
             "joint `elbow`: <dynamics damping>: `x`",
+        ),
+    ];
+    for (old, new, message) in cases {
+        refused(&arm_with(old, new), &[message]);
+    }
+}
+
+#[test]
+fn missing_doubled_and_unsupported_parts_are_refused_with_their_place() {
+    let cases = [
+        (
+            UPPER,
+            "<mass/>",
+            "link `upper`: <mass> has no attribute `value`",
+        ),
+        (UPPER, "", "link `upper`: <inertial> has no <mass>"),
+        (
+            UPPER,
+            r#"<mass value="2"/><mass value="3"/>"#,
+            "link `upper` has more than one <mass>",
         ),
         (
             r#"velocity="3""#,
@@ -161,13 +170,13 @@ fn a_file_that_does_not_exist_or_is_not_text_is_refused_by_its_path() {
 
 #[test]
 fn tags_that_are_not_dynamics_are_ignored_quietly() {
-    let extra = r##"<gazebo reference="lower"><mu1>0.2</mu1><joint name="elbow"/></gazebo>
+    let extra = r#"<gazebo reference="lower"><mu1>0.2</mu1><joint name="elbow"/></gazebo>
       <material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>
       <ros2_control name="x"><joint name="elbow"><param name="p">1</param></joint></ros2_control>
-      <my:tag xmlns:my="urn:mine" a="1"/><!-- comment --></robot>"##;
-    let tool = r##"<link name="tool"><visual><geometry><mesh filename="package://x/y.stl"/></geometry>
-      <material name="grey"/></visual><collision><geometry><box size="1 2 3"/></geometry></collision>
-      <sensor name="s"/></link>"##;
+      <my:tag xmlns:my="urn:mine" a="1"/><!-- comment --></robot>"#;
+    let tool = r#"<link name="tool"><visual><geometry><mesh filename="package://x/y.stl"/></geometry>
+      <material name="grey"><texture/></material></visual><collision><geometry><box size="1 2 3"/></geometry></collision>
+      <collision/><sensor name="s"/></link>"#;
     let urdf = arm_with("</robot>", extra).replace(r#"<link name="tool"/>"#, tool);
     let loaded = load(&urdf);
     assert_eq!(loaded.warnings, []);

@@ -1,6 +1,8 @@
 //! What trips people up in URDF robots: each trap is handled, or refused by name and place.
 
-use puma_dyn::{Context, DynError, Effects, JointKind, Warning, Workspace, parse_urdf, rnea};
+use puma_dyn::{
+    Context, DynError, Effects, JointKind, Model, Sidecar, Warning, Workspace, parse_urdf, rnea,
+};
 
 use crate::urdf_arm::{ARM, LOWER_INERTIAL, UPPER, arm_with, load, refused};
 
@@ -78,13 +80,54 @@ fn joints_that_are_not_one_number_each_are_refused_by_name() {
 }
 
 #[test]
-fn mimic_is_refused_by_name() {
+fn mimic_is_refused_by_name_unless_the_sidecar_locks_the_joint() {
     let mimic = r#"<dynamics damping="0.7" friction="0.2"/><mimic joint="shoulder"/>"#;
     let urdf = arm_with(r#"<dynamics damping="0.7" friction="0.2"/>"#, mimic);
+    let hint = "hint: lock it with `locked_at` under [joint.elbow]";
     refused(
         &urdf,
-        &["arm.urdf:36: joint `elbow` mimics `shoulder`", "hint:"],
+        &["arm.urdf:36: joint `elbow` mimics `shoulder`", hint],
     );
+
+    let locked = Sidecar::parse("arm.toml", "[joint.elbow]\nlocked_at = 0.3").expect("valid");
+    let loaded = parse_urdf("arm.urdf", &urdf, Some(&locked)).expect("locked");
+    assert_eq!(loaded.model.joint_names(), ["shoulder"]);
+}
+
+#[test]
+fn a_locked_joint_gives_the_torques_of_the_same_joint_held_still() {
+    let empty = Context::empty();
+    let torques = |model: &Model, q: &[f64], qd: &[f64], qdd: &[f64]| {
+        let mut tau = vec![0.0; q.len()];
+        let mut workspace = Workspace::new(model);
+        rnea(
+            model,
+            &mut workspace,
+            Effects::ALL,
+            &empty,
+            q,
+            qd,
+            qdd,
+            &mut tau,
+        );
+        tau
+    };
+    let locked = Sidecar::parse("arm.toml", "[joint.elbow]\nlocked_at = -1.1").expect("valid");
+    let prismatic = arm_with(
+        r#"name="elbow" type="continuous""#,
+        r#"name="elbow" type="prismatic""#,
+    );
+    for urdf in [ARM, &prismatic] {
+        let urdf = urdf.replace(r#"<axis xyz="0 0 1"/>"#, r#"<axis xyz="1 2 -2"/>"#);
+        let locked = parse_urdf("arm.urdf", &urdf, Some(&locked))
+            .expect("valid")
+            .model;
+        let ours = torques(&locked, &[0.4], &[0.7], &[-2.0])[0];
+        let held = torques(&load(&urdf).model, &[0.4, -1.1], &[0.7, 0.0], &[-2.0, 0.0])[0];
+        // A dozen roundings of numbers below 100 N·m.
+        let tolerance = 16.0 * f64::EPSILON * 100.0;
+        assert!((ours - held).abs() <= tolerance, "{ours} {held}");
+    }
 }
 
 #[test]
@@ -176,13 +219,13 @@ fn a_transmission_with_a_reduction_is_not_read_and_says_where_the_gear_ratio_goe
     assert_eq!(load(&transmission("1.0")).warnings, []);
 
     let sidecar = "[joint.elbow]\ngear_ratio = 101\nrotor_inertia = 1e-5";
-    let sidecar = puma_dyn::Sidecar::parse("arm.toml", sidecar).expect("valid");
+    let sidecar = Sidecar::parse("arm.toml", sidecar).expect("valid");
     let loaded = parse_urdf("arm.urdf", &transmission("101"), Some(&sidecar)).expect("valid");
     assert_eq!(loaded.warnings, []);
 }
 
 #[test]
-fn angles_above_a_full_turn_are_suspected_to_be_degrees() {
+fn angles_too_large_for_radians_are_suspected_to_be_degrees() {
     let cases = [
         (
             r#"lower="-2""#,
@@ -227,8 +270,11 @@ fn angles_above_a_full_turn_are_suspected_to_be_degrees() {
             "{error}"
         );
     }
-    let full_turn = arm_with(r#"upper="2.5""#, r#"upper="6.2832""#);
-    assert_eq!(load(&full_turn).warnings, []);
+    // Full turns, three half turns as rounded by others, and "no limit" written as a number.
+    for upper in ["6.2832", "9.42477796077", "10", "1e16"] {
+        let urdf = arm_with(r#"upper="2.5""#, &format!(r#"upper="{upper}""#));
+        assert_eq!(load(&urdf).warnings, []);
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! `urdf-rs`'s answer → [`RobotDescription`], with the zeros it invented taken out again.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use nalgebra::Matrix3;
 use roxmltree::TextPos;
@@ -14,20 +15,22 @@ use crate::error::DynError;
 use crate::spatial::{Pose, rotation_from_rpy};
 use crate::warning::Warning;
 
-/// Angles of rounded full turns (6.2832) are no degrees.
+/// A rotation beyond a rounded full turn (6.2832) looks like degrees.
 const FULL_TURN: f64 = TAU + 1e-2;
 
-/// Reads the text with `urdf-rs`; `file` is its name in messages.
+/// A limit in this range looks like degrees: joints of several turns have less, "no limit" written
+/// as a number is more.
+const LIMITS_IN_DEGREES: Range<f64> = 2.0 * FULL_TURN..1001.0;
+
+/// Reads the dynamics of a scanned file with `urdf-rs`; `file` is its name in messages.
 ///
 /// # Errors
-/// `DynError::Malformed` for what the scan let pass and `urdf-rs` does not, such as a `<visual>`
-/// without geometry.
+/// `DynError::Malformed` for what the scan let pass and `urdf-rs` does not.
 pub(super) fn convert(
     file: &str,
-    text: &str,
     scan: &Scan,
 ) -> Result<(RobotDescription, Vec<Warning>), DynError> {
-    let robot = urdf_rs::read_from_string(text)
+    let robot = urdf_rs::read_from_string(&scan.dynamics)
         .map_err(|error| malformed(file, TextPos::new(1, 1), &error.to_string()))?;
     let mut description = RobotDescription::new(&robot.name);
     let mut warnings = Vec::new();
@@ -126,15 +129,16 @@ fn joint_doubts(
     robot: &urdf_rs::Robot,
     scan: &Scan,
 ) -> Vec<Warning> {
-    let mut doubts: Vec<Warning> = angles(source, joint, robot)
-        .into_iter()
-        .filter(|(_, value)| value.is_finite() && value.abs() > FULL_TURN)
-        .map(|(quantity, value)| Warning::LooksLikeDegrees {
-            joint: joint.name.clone(),
-            quantity,
-            value,
-        })
-        .collect();
+    let looks_like_degrees = |(quantity, value)| Warning::LooksLikeDegrees {
+        joint: joint.name.clone(),
+        quantity,
+        value,
+    };
+    let rotations = rotations(source, joint, robot);
+    let rotations = rotations.filter(|(_, angle)| angle.abs() > FULL_TURN);
+    let limits = limit_angles(joint);
+    let limits = limits.filter(|(_, angle)| LIMITS_IN_DEGREES.contains(&angle.abs()));
+    let mut doubts: Vec<Warning> = rotations.chain(limits).map(looks_like_degrees).collect();
     if let Some(Limits { lower, upper, .. }) = joint.limits.filter(|l| l.lower > l.upper) {
         doubts.push(Warning::ReversedLimits {
             joint: joint.name.clone(),
@@ -151,24 +155,24 @@ fn joint_doubts(
     doubts
 }
 
-/// Every angle a joint and its child link state, rad if the file is right.
-fn angles(
-    source: &urdf_rs::Joint,
+/// The angles of a joint's origin and of its child's inertial, rad if the file is right.
+fn rotations<'a>(
+    source: &'a urdf_rs::Joint,
     joint: &JointDescription,
-    robot: &urdf_rs::Robot,
-) -> Vec<(&'static str, f64)> {
-    let mut angles: Vec<(&'static str, f64)> = source
-        .origin
-        .rpy
-        .iter()
-        .map(|&a| ("origin rpy", a))
-        .collect();
-    if let Some(child) = robot.links.iter().find(|link| link.name == joint.child) {
-        let rpy = child.inertial.origin.rpy;
-        angles.extend(rpy.iter().map(|&a| ("inertial origin rpy", a)));
-    }
-    if let (JointKind::Revolute, Some(limits)) = (joint.kind, joint.limits) {
-        angles.extend([("limit lower", limits.lower), ("limit upper", limits.upper)]);
-    }
-    angles
+    robot: &'a urdf_rs::Robot,
+) -> impl Iterator<Item = (&'static str, f64)> + 'a {
+    let child = robot.links.iter().find(|link| link.name == joint.child);
+    let inertial = child
+        .into_iter()
+        .flat_map(|link| link.inertial.origin.rpy.0);
+    let origin = source.origin.rpy.iter().map(|&angle| ("origin rpy", angle));
+    origin.chain(inertial.map(|angle| ("inertial origin rpy", angle)))
+}
+
+/// The limits of a joint that turns, rad if the file is right.
+fn limit_angles(joint: &JointDescription) -> impl Iterator<Item = (&'static str, f64)> + use<> {
+    let limits = joint.limits.filter(|_| joint.kind == JointKind::Revolute);
+    limits
+        .into_iter()
+        .flat_map(|l| [("limit lower", l.lower), ("limit upper", l.upper)])
 }

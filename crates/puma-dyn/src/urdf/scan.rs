@@ -3,6 +3,7 @@
 //! Every element that enters the dynamics is checked here, because only here its line is known.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use roxmltree::{Document, Node};
 
@@ -19,6 +20,10 @@ pub(super) struct Scan {
     pub limits: BTreeMap<String, StatedLimits>,
     /// Reductions other than one, in the order of the file.
     pub transmissions: Vec<Transmission>,
+    /// Moving joints that follow another one, each with its refusal.
+    pub mimics: Vec<(String, DynError)>,
+    /// The file without meshes, materials and custom tags, on which `urdf-rs` may stumble.
+    pub dynamics: String,
 }
 
 /// Which ends of a joint's range are stated.
@@ -58,7 +63,10 @@ pub(super) fn scan(file: &str, text: &str) -> Result<Scan, DynError> {
     };
     scanner.refuse_other_formats()?;
 
-    let mut scan = Scan::default();
+    let mut scan = Scan {
+        dynamics: dynamics_only(&document),
+        ..Scan::default()
+    };
     for node in document.root_element().children().filter(Node::is_element) {
         match node.tag_name().name() {
             "link" => scanner.link(node, &mut scan)?,
@@ -69,6 +77,37 @@ pub(super) fn scan(file: &str, text: &str) -> Result<Scan, DynError> {
     }
     Ok(scan)
 }
+
+/// The text of a document without the elements that say nothing about dynamics.
+fn dynamics_only(document: &Document) -> String {
+    let root = document.root_element();
+    let within = |parent: Node, tags: &[&str]| -> Vec<Range<usize>> {
+        let is_noise = |node: &Node| node.is_element() && !tags.contains(&node.tag_name().name());
+        let noise = parent.children().filter(is_noise);
+        noise.map(|node| node.range()).collect()
+    };
+    let mut cuts = within(root, &["link", "joint"]);
+    for node in root.children().filter(Node::is_element) {
+        match node.tag_name().name() {
+            "link" => cuts.extend(within(node, &["inertial"])),
+            "joint" => cuts.extend(within(node, &JOINT_TAGS)),
+            _ => {}
+        }
+    }
+
+    cuts.sort_by_key(|cut| cut.start);
+    let mut kept = String::new();
+    let mut from = 0;
+    for cut in cuts {
+        kept.push_str(&document.input_text()[from..cut.start]);
+        from = cut.end;
+    }
+    kept.push_str(&document.input_text()[from..]);
+    kept
+}
+
+/// What a joint says about its motion.
+const JOINT_TAGS: [&str; 6] = ["origin", "parent", "child", "axis", "limit", "dynamics"];
 
 fn not_xml(file: &str, error: &roxmltree::Error) -> DynError {
     let reason = match error {
@@ -136,6 +175,7 @@ impl Scanner<'_, '_> {
         let name = self.attribute(node, "joint", "name")?;
         let owner = format!("joint `{name}`");
         self.kind(node, name, &owner)?;
+        scan.mimics.extend(self.mimic(node, name));
         for end in ["parent", "child"] {
             let end = self.exactly_one(node, &owner, end)?;
             self.attribute(end, &owner, "link")?;
@@ -170,17 +210,21 @@ impl Scanner<'_, '_> {
                 return Err(self.malformed(node, &reason));
             }
         }
-        match children(node, "mimic").next() {
-            None => Ok(()),
-            Some(mimic) => {
-                let leader = mimic.attribute("joint").unwrap_or("another joint");
-                let reason = format!(
-                    "mimics `{leader}`: coupled joints are not supported; hint: remove <mimic> to \
-                     treat it as independent, or make the joint fixed"
-                );
-                Err(self.unsupported(mimic, name, &reason))
-            }
+        Ok(())
+    }
+
+    /// The refusal of a joint that follows another one, to be used unless the joint is locked.
+    fn mimic(&self, node: Node, name: &str) -> Option<(String, DynError)> {
+        let mimic = children(node, "mimic").next()?;
+        if node.attribute("type") == Some("fixed") {
+            return None;
         }
+        let leader = mimic.attribute("joint").unwrap_or("another joint");
+        let reason = format!(
+            "mimics `{leader}`: coupled joints are not supported; hint: lock it with `locked_at` \
+             under [joint.{name}] of the sidecar file, or remove <mimic> to treat it as independent"
+        );
+        Some((name.to_owned(), self.unsupported(mimic, name, &reason)))
     }
 
     fn limit(&self, limit: Node, owner: &str) -> Result<StatedLimits, DynError> {
