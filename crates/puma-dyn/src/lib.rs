@@ -1,4 +1,16 @@
-//! Rigid-body dynamics of robot arms, with motors, friction and payloads, and the PUMA 560 built in.
+#![doc = include_str!("../README.md")]
+//!
+//! ## Where to look
+//!
+//! - [`rnea`], [`crba`], [`aba`]: torques from motion, the inertia matrix, motion from torques.
+//! - [`torque_terms`], [`gravity_torques`], [`coriolis_torques`], [`kinetic_energy`],
+//!   [`potential_energy`]: the parts.
+//! - [`forward_kinematics`], [`jacobian`], [`bias_acceleration`]: where a frame is and how it moves.
+//! - [`regressor`], [`inertial_parameters`]: torques as a linear function of masses and inertias.
+//! - [`load_urdf`], [`parse_urdf`], [`RobotDescription`]: robots of your own.
+//! - [`puma560`], [`inverse_kinematics`], [`Scenario`]: the built-in arm and its data set.
+//!
+//! A [`Model`] is immutable and can be shared between threads; each thread has its [`Workspace`].
 
 mod aba;
 mod crba;

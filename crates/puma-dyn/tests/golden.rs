@@ -37,14 +37,14 @@ fn half_digit(printed: &str) -> f64 {
     let digits = printed
         .split_once('.')
         .map_or(4, |(_, digits)| digits.len());
-    0.500_000_1 * 10.0_f64.powi(-i32::try_from(digits).unwrap())
+    0.500_000_1 * 10.0_f64.powi(-i32::try_from(digits).expect("a few digits"))
 }
 
 fn assert_printed(values: &[f64], printed: &str) {
     let printed: Vec<&str> = printed.split(", ").collect();
     assert_eq!(values.len(), printed.len());
     for (value, text) in values.iter().zip(printed) {
-        let expected: f64 = text.parse().unwrap();
+        let expected: f64 = text.parse().expect("a number");
         assert!(
             (value - expected).abs() <= half_digit(text),
             "{value} was printed as {text}"

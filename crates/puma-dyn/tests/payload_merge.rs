@@ -38,7 +38,7 @@ fn load() -> Payload {
         LOAD.centre,
         [0.03, 0.025, 0.02, 0.004, -0.002, 0.003],
     )
-    .unwrap()
+    .expect("a possible payload")
 }
 
 #[test]

@@ -51,12 +51,12 @@ fn case(seed: u64, joints: Joints) -> Case {
         .expect("a joint moves it")
         .into();
     let n_joints = model.n_joints();
-    let mut row = |range: f64| uniform_vec(&mut rng, n_joints, range);
+    let [q, qd, qdd] = [3.0, 1.5, 3.0].map(|range| uniform_vec(&mut rng, n_joints, range));
     Case {
         seed,
-        q: row(3.0),
-        qd: row(1.5),
-        qdd: row(3.0),
+        q,
+        qd,
+        qdd,
         workspace: Workspace::new(&model),
         description,
         model,
@@ -67,11 +67,11 @@ fn case(seed: u64, joints: Joints) -> Case {
 
 /// The child of the last joint that moves.
 fn moved_link(description: &RobotDescription) -> String {
-    let moving = description
+    let mut moving = description
         .joints
         .iter()
         .filter(|joint| joint.kind != JointKind::Fixed);
-    moving.last().expect("there is one").child.clone()
+    moving.next_back().expect("there is one").child.clone()
 }
 
 /// Two to eight moving joints and up to four fixed ones, declared in random order.

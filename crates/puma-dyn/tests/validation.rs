@@ -47,14 +47,14 @@ fn assert_refused(words: &[&str], change: impl FnOnce(&mut RobotDescription)) {
 #[test]
 fn names_that_do_not_fit_together() {
     assert_refused(&["link", "`upper`", "more than once"], |r| {
-        r.links[2].name = "upper".into()
+        r.links[2].name = "upper".into();
     });
     assert_refused(&["joint", "`elbow`"], |r| r.joints[0].name = "elbow".into());
     assert_refused(&["`elbow`", "parent", "`uper`"], |r| {
-        r.joints[1].parent = "uper".into()
+        r.joints[1].parent = "uper".into();
     });
     assert_refused(&["`elbow`", "child", "`lowr`"], |r| {
-        r.joints[1].child = "lowr".into()
+        r.joints[1].child = "lowr".into();
     });
 }
 
@@ -68,11 +68,11 @@ fn graphs_that_are_not_trees() {
         r.joints.remove(0);
     });
     assert_refused(&["`upper`", "`shoulder`", "`elbow`"], |r| {
-        r.joints[1].child = "upper".into()
+        r.joints[1].child = "upper".into();
     });
     // upper and lower carry each other; base stands alone.
     assert_refused(&["loop", "`upper`"], |r| {
-        r.joints[0].parent = "lower".into()
+        r.joints[0].parent = "lower".into();
     });
     assert_refused(&["loop"], |r| {
         let close = JointDescription::new("close", JointKind::Revolute, "lower", "base");
@@ -83,10 +83,10 @@ fn graphs_that_are_not_trees() {
 #[test]
 fn geometry_that_is_none() {
     assert_refused(&["`elbow`", "axis is zero"], |r| {
-        r.joints[1].axis = [0.0; 3]
+        r.joints[1].axis = [0.0; 3];
     });
     assert_refused(&["`elbow`", "axis is NaN"], |r| {
-        r.joints[1].axis[1] = f64::NAN
+        r.joints[1].axis[1] = f64::NAN;
     });
     assert_refused(&["`elbow`", "origin is inf"], |r| {
         r.joints[1].origin.translation.x = f64::INFINITY;
@@ -117,7 +117,7 @@ fn masses_that_are_none() {
         upper(|i| i.inertia[0][1] = 0.001),
     );
     assert_refused(&["`elbow`", "nothing beyond it"], |r| {
-        r.links[2].inertial = None
+        r.links[2].inertial = None;
     });
 }
 
@@ -141,10 +141,10 @@ fn drives_that_are_none() {
         },
     );
     assert_refused(&["`elbow`", "viscous", "-1"], |r| {
-        r.joints[1].drive.viscous_motor = -1.0
+        r.joints[1].drive.viscous_motor = -1.0;
     });
     assert_refused(&["`elbow`", "gear ratio is NaN"], |r| {
-        r.joints[1].drive.gear_ratio = f64::NAN
+        r.joints[1].drive.gear_ratio = f64::NAN;
     });
 }
 
