@@ -40,8 +40,7 @@ pub fn load(path: &Path, robot: &Robot) -> Result<Context, CliError> {
         file: file.clone(),
         reason,
     };
-    let toml: PayloadToml =
-        toml::from_str(&text).map_err(|error| refuse(error.to_string().trim_end().to_owned()))?;
+    let toml: PayloadToml = toml::from_str(&text).map_err(|error| refuse(fault(&text, &error)))?;
     let payload = toml.payload().map_err(&refuse)?;
     let link = match &toml.link {
         Some(link) => link,
@@ -87,6 +86,13 @@ impl PayloadToml {
         };
         payload.map_err(|error| error.to_string())
     }
+}
+
+/// What the parser refuses, in one line with its place.
+fn fault(text: &str, error: &toml::de::Error) -> String {
+    let at = error.span().map_or(0, |span| span.start).min(text.len());
+    let line = text[..at].matches('\n').count() + 1;
+    format!("line {line}: {}", error.message())
 }
 
 /// The link moved by the last joint, if the moving joints form one chain.

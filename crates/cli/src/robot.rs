@@ -31,14 +31,8 @@ pub struct RobotArgs {
     no_rotor_inertia: bool,
 
     /// Free fall in the axes of the root link, m/s², for a robot that does not stand upright
-    #[arg(
-        long,
-        value_name = "X,Y,Z",
-        value_delimiter = ',',
-        num_args = 3,
-        allow_hyphen_values = true
-    )]
-    gravity: Option<Vec<f64>>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = three_numbers, allow_hyphen_values = true)]
+    gravity: Option<[f64; 3]>,
 
     /// Refuse a robot that no rigid bodies can form instead of warning (the PUMA 560 is one)
     #[arg(long)]
@@ -79,8 +73,8 @@ impl RobotArgs {
         } else {
             self.urdf_file()?
         };
-        if let Some(gravity) = &self.gravity {
-            model = model.with_gravity(three_finite(gravity)?);
+        if let Some(gravity) = self.gravity {
+            model = model.with_gravity(gravity);
         }
         let friction = match self.friction {
             Some(FrictionArg::Modern) => Friction::Modern,
@@ -154,12 +148,15 @@ impl RobotArgs {
     }
 }
 
-fn three_finite(gravity: &[f64]) -> Result<[f64; 3], CliError> {
-    match *gravity {
-        [x, y, z] if [x, y, z].iter().all(|value| value.is_finite()) => Ok([x, y, z]),
-        _ => Err(CliError::Usage(
-            "--gravity needs three finite numbers, such as 0,0,-9.81".to_owned(),
-        )),
+/// Three finite numbers between commas.
+fn three_numbers(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Result<Vec<f64>, _> = text
+        .split(',')
+        .map(|number| number.trim().parse())
+        .collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, z]) if [x, y, z].iter().all(|number| number.is_finite()) => Ok([x, y, z]),
+        _ => Err("three numbers are needed, such as 0,0,-9.81".to_owned()),
     }
 }
 

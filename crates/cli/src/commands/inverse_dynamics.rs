@@ -66,7 +66,7 @@ Examples:
 Payload file:
   mass = 2.0                            # kg
   centre = [0.0, 0.0, 0.1]              # m, centre of mass in the axes of the link's frame
-  inertia = [0.02, 0.02, 0.01, 0, 0, 0] # kg m², entries xx, yy, zz, xy, xz, yz of the tensor about the centre
+  inertia = [0.02, 0.02, 0.01, 0, 0, 0] # kg m², about the centre: xx, yy, zz, xy, xz, yz
   # or a homogeneous cuboid instead of `inertia`:
   # size = [0.1, 0.2, 0.3]              # m, edges
   # rpy = [0.0, 0.0, 0.0]               # rad, roll, pitch, yaw of the cuboid in the link's frame
