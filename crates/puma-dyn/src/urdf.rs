@@ -4,20 +4,6 @@
 //! does not know. So the XML is scanned first for everything it hides ([`scan`]); then its answer
 //! is turned into a [`RobotDescription`] ([`convert`]), the sidecar is laid over it, and
 //! [`Model::new`] refuses what cannot be simulated.
-//!
-//! | in the file | answer |
-//! |---|---|
-//! | link without `<inertial>` on a fixed joint | a frame of its body |
-//! | link without `<inertial>` on a moving joint | massless, with a warning; an error if nothing beyond it has mass |
-//! | fixed joint between moving ones | merged by the parallel-axis rule |
-//! | continuous joint | one number |
-//! | planar, floating and spherical joints, `quat_xyzw` | refused by name |
-//! | `<mimic>` | refused by name, unless the sidecar locks the joint |
-//! | xacro, SDF, MJCF, unbound prefixes, malformed XML | refused with line and column |
-//! | `<transmission>` with a reduction | not read, with a warning |
-//! | `<gazebo>`, meshes, custom tags | ignored |
-//! | angles too large for radians | a warning: degrees? |
-//! | inertia no rigid body has | a warning; [`Loaded::strict`] refuses |
 
 mod convert;
 mod element;
@@ -72,6 +58,20 @@ impl Loaded {
 /// Reads a robot from a URDF file and, if given, the sidecar TOML that goes with it.
 ///
 /// Gravity is (0, 0, −9.81) m/s² in the axes of the root link.
+///
+/// | in the file | answer |
+/// |---|---|
+/// | link without `<inertial>` on a fixed joint | a frame of its body |
+/// | link without `<inertial>` on a moving joint | massless, with a warning; an error if nothing beyond it has mass |
+/// | fixed joint between moving ones | merged by the parallel-axis rule |
+/// | continuous joint | one number |
+/// | planar, floating and spherical joints, `quat_xyzw` | refused by name |
+/// | `<mimic>` | refused by name, unless the sidecar locks the joint |
+/// | xacro, SDF, MJCF, unbound prefixes, malformed XML | refused with line and column |
+/// | `<transmission>` with a reduction | not read, with a warning |
+/// | `<gazebo>`, meshes, custom tags | ignored |
+/// | angles too large for radians | a warning: degrees? |
+/// | inertia no rigid body has | a warning; [`Loaded::strict`] refuses |
 ///
 /// # Errors
 /// `DynError::Unreadable` if a file does not exist or is not UTF-8; otherwise as [`parse_urdf`].
@@ -198,6 +198,8 @@ fn massless_hint(robot: &RobotDescription, joint: &str) -> String {
     if stated {
         format!("; hint: the <inertial> of link `{link}` states zero mass and inertia")
     } else {
-        format!("; hint: link `{link}` has no <inertial>; add one, or make the joint fixed")
+        format!(
+            "; hint: link `{link}` has no <inertial>; add one, or lock the joint in the sidecar"
+        )
     }
 }
