@@ -85,9 +85,10 @@ pub fn load_urdf(path: &Path, sidecar: Option<&Path>) -> Result<Loaded, DynError
 ///
 /// # Errors
 /// - `DynError::Malformed` with line and column: not XML, an unbound prefix, not a `<robot>`, a
-///   missing attribute, text where a number should be.
-/// - `DynError::UnsupportedJoint` with the line and the joint's name: mimic, planar, floating or
-///   spherical joints, an orientation as quaternion.
+///   missing attribute, text where a number should be, an orientation as quaternion.
+/// - `DynError::UnsupportedJoint` with the line and the joint's name: planar, floating and
+///   spherical joints, and mimic unless the sidecar locks the joint.
+/// - `DynError::NoMovingJoint`, inside `DynError::InFile`, if no joint moves.
 /// - `DynError::InFile` around what [`Model::new`] refuses: links that do not exist, several
 ///   roots, loops, duplicate names, zero axes, negative masses, joints that move nothing.
 /// - `DynError::Sidecar` if the sidecar names a joint that does not exist or does not move.
