@@ -39,12 +39,6 @@ pub enum BenchError {
         /// What is wrong.
         message: String,
     },
-    /// A selection that leaves nothing to do.
-    #[error("nothing to do: no cell of the chosen experiments has {what}")]
-    NothingSelected {
-        /// The selection.
-        what: String,
-    },
     /// A file could not be read or written.
     #[error("{path}: {source}", path = path.display())]
     Io {

@@ -42,10 +42,10 @@ pub struct ReproducePaper {
     /// Directory of finished cells and reports
     #[arg(long, value_name = "DIR", default_value_os_t = default_output())]
     pub output: PathBuf,
-    /// Only these joints, from 1
+    /// These joints instead of the profile's, from 1
     #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = number_up_to::<N_JOINTS>)]
     pub joints: Option<Vec<usize>>,
-    /// Only these loads: c1 or 1, …
+    /// These loads instead of all: c1 or 1, …
     #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = load)]
     pub loads: Option<Vec<usize>>,
     /// These training-set sizes instead of the profile's

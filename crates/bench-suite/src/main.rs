@@ -37,9 +37,7 @@ fn main() -> ExitCode {
 fn complain(error: &anyhow::Error) -> ExitCode {
     eprintln!("error: {error:#}");
     match error.downcast_ref() {
-        Some(BenchError::UnknownName { .. } | BenchError::NothingSelected { .. }) => {
-            ExitCode::from(BAD_REQUEST)
-        }
+        Some(BenchError::UnknownName { .. }) => ExitCode::from(BAD_REQUEST),
         _ => ExitCode::FAILURE,
     }
 }

@@ -23,7 +23,7 @@ pub struct Request {
     pub only: Vec<String>,
     /// Directory of finished cells and reports.
     pub output: PathBuf,
-    /// Narrower loads, joints, sizes.
+    /// Loads, joints and sizes instead of the profile's.
     pub selection: Selection,
     /// Threads, 0 for one a core.
     pub n_threads: usize,
@@ -51,7 +51,7 @@ pub struct Reproduction {
 /// Runs the experiments and writes their report into a new directory.
 ///
 /// # Errors
-/// `UnknownName` or `NothingSelected` if the request names nothing that exists; `Io` if a file cannot be
+/// `UnknownName` if the request names an experiment that does not exist; `Io` if a file cannot be
 /// written; the errors of [`run`].
 pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let experiments = scoped(request)?;

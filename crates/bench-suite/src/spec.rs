@@ -91,12 +91,12 @@ pub struct Prose {
     pub analysis: String,
 }
 
-/// Restrictions of a run below its profile, for development.
+/// Loads, joints and sizes instead of the profile's, for development.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Selection {
-    /// Loads, all of the profile if none.
+    /// Loads instead of the profile's.
     pub loads: Option<Vec<usize>>,
-    /// Joints, all of the profile if none.
+    /// Joints instead of the profile's.
     pub joints: Option<Vec<usize>>,
     /// Sizes instead of the profile's.
     pub sizes: Option<Vec<usize>>,
@@ -153,26 +153,19 @@ impl Experiment {
     /// Scope under a profile and a selection.
     ///
     /// # Errors
-    /// `Experiment` if the profile is missing, `NothingSelected` if the selection leaves nothing.
+    /// `Experiment` if the profile is missing.
     pub fn scope(&self, profile: Profile, selection: &Selection) -> Result<Scope, BenchError> {
         let scope = self.profile.get(&profile).ok_or(BenchError::Experiment {
             name: self.name.clone(),
             message: format!("profile {} is missing", profile.name()),
         })?;
-        let keep = |all: &[usize], chosen: &Option<Vec<usize>>| -> Vec<usize> {
-            let is_kept = |i: &&usize| chosen.as_ref().is_none_or(|c| c.contains(i));
-            all.iter().filter(is_kept).copied().collect()
-        };
-        let scope = Scope {
-            loads: keep(&scope.loads, &selection.loads),
-            joints: keep(&scope.joints, &selection.joints),
-            sizes: selection.sizes.clone().unwrap_or(scope.sizes.clone()),
-        };
-        if scope.loads.is_empty() || scope.joints.is_empty() || scope.sizes.is_empty() {
-            let what = format!("{selection:?} within {}", self.name);
-            return Err(BenchError::NothingSelected { what });
-        }
-        Ok(scope)
+        let chosen =
+            |own: &Vec<usize>, other: &Option<Vec<usize>>| other.as_ref().unwrap_or(own).clone();
+        Ok(Scope {
+            loads: chosen(&scope.loads, &selection.loads),
+            joints: chosen(&scope.joints, &selection.joints),
+            sizes: chosen(&scope.sizes, &selection.sizes),
+        })
     }
 
     /// Cells of a scope.
@@ -234,17 +227,17 @@ mod tests {
     }
 
     #[test]
-    fn a_selection_narrows_the_profile() {
+    fn a_selection_replaces_the_profiles_lists() {
         let table3 = &Experiment::named(&["table3".to_string()]).unwrap()[0];
         let selection = Selection {
             loads: Some(vec![2]),
-            joints: Some(vec![3, 5]),
+            joints: Some(vec![5]),
             sizes: Some(vec![40]),
         };
         let scope = table3.scope(Profile::Smoke, &selection).unwrap();
         assert_eq!(
             (scope.loads, scope.joints, scope.sizes),
-            (vec![2], vec![3], vec![40])
+            (vec![2], vec![5], vec![40])
         );
     }
 

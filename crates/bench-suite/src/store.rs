@@ -13,6 +13,9 @@ use crate::error::BenchError;
 /// Fingerprint of sources, data and dependencies, made by the build script.
 pub const MEASURED_BY: &str = env!("MEASURED_BY");
 
+/// Last line of a whole file: TOML that is cut short can still be TOML.
+const END: &str = "# end of cell\n";
+
 /// Directory of finished cells: one file a cell, written atomically, never changed.
 #[derive(Debug, Clone)]
 pub struct Store {
@@ -40,7 +43,7 @@ impl Store {
     /// Result of a cell, if it is finished; an unreadable file counts as unfinished.
     pub fn load(&self, cell: &Cell) -> Option<CellRecord> {
         let text = std::fs::read_to_string(self.path(cell)).ok()?;
-        let stored: StoredCell = toml::from_str(&text).ok()?;
+        let stored: StoredCell = toml::from_str(text.strip_suffix(END)?).ok()?;
         (stored.key == key(cell) && stored.record.cell == *cell).then_some(stored.record)
     }
 
@@ -55,7 +58,7 @@ impl Store {
             record: record.clone(),
         };
         let text = toml::to_string(&stored).map_err(|e| BenchError::malformed(&path, e))?;
-        write_atomically(&path, text.as_bytes())
+        write_atomically(&path, (text + END).as_bytes())
     }
 
     fn path(&self, cell: &Cell) -> PathBuf {
@@ -155,8 +158,7 @@ mod tests {
         store.save(&record()).unwrap();
         let path = store.path(&record().cell);
         let text = std::fs::read_to_string(&path).unwrap();
-        // The last line is the last start's reason to stop, so no proper prefix is a whole record.
-        for length in 0..text.trim_end().len() {
+        for length in 0..text.len() {
             std::fs::write(&path, &text.as_bytes()[..length]).unwrap();
             assert_eq!(store.load(&record().cell), None, "{length} bytes");
         }

@@ -1,1 +1,4 @@
-//! Integration tests of the experiment runner.
+//! The experiment runner from outside: repeatable, resumable, and clear about wrong requests.
+
+mod command_line;
+mod repeatable;
