@@ -10,6 +10,12 @@ use crate::log_marginal::LogMarginal;
 use crate::optimize::{MinimizeOptions, Minimum, Reparametrised, StopReason, minimize};
 use crate::posterior::Posterior;
 
+/// Points of a search whose likelihood may be wrong by more nats than this are not entered.
+///
+/// A weight that runs off to 10⁵ N·m beside σ = 10⁻² leaves a likelihood that
+/// jumps by half a nat between neighbours, in which no line search finds its way.
+const MAX_ROUNDING: f64 = 0.1;
+
 /// From where the search sets out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Starts {
@@ -235,6 +241,9 @@ fn search(evidence: &mut LogMarginal<'_>, start: &StartPoint, options: &FitOptio
     let negative_log_marginal = |theta: &[f64], gradient: &mut [f64]| {
         let (of_covariance, noise_std) = split_noise(theta);
         covariance.set_params(of_covariance);
+        if rounding_bound(&covariance, noise_std, evidence.x()) > MAX_ROUNDING {
+            return f64::INFINITY;
+        }
         let outcome = evidence.value_and_gradient(&covariance, noise_std, gradient);
         if std::mem::take(&mut is_first) {
             initial_log_marginal = outcome.as_ref().ok().copied();
@@ -256,6 +265,16 @@ fn search(evidence: &mut LogMarginal<'_>, start: &StartPoint, options: &FitOptio
         theta,
         report: start_report(start.kind, initial_log_marginal, &minimum),
     }
+}
+
+/// Roughly the error that rounding K leaves in its log marginal likelihood, in nats.
+///
+/// ```text
+/// |Σ_ab Q_ab δK_ab| ≲ n ε max_a K_aa / σ²,   as |δK_ab| ≤ ε max K and ‖K⁻¹‖ ≤ 1/σ²
+/// ```
+fn rounding_bound(covariance: &TorqueCovariance, noise_std: f64, x: MatRef<'_, f64>) -> f64 {
+    let largest = covariance.diag(x).into_iter().fold(0.0, f64::max);
+    x.nrows() as f64 * f64::EPSILON * largest / (noise_std * noise_std)
 }
 
 fn minimize_options(options: &FitOptions) -> MinimizeOptions {

@@ -88,6 +88,11 @@ impl<'a> LogMarginal<'a> {
         }
     }
 
+    /// The inputs, (n, d).
+    pub fn x(&self) -> MatRef<'a, f64> {
+        self.x
+    }
+
     /// The value of eq. (8).
     ///
     /// # Errors

@@ -148,7 +148,7 @@ fn search(
     let mut round_start = record.borrow().best_point();
     loop {
         let value_before = record.borrow().best_point().value;
-        progress.iterations += lbfgs_round(record, &round_start, options);
+        progress.iterations += lbfgs_round(record, &round_start.z, options);
 
         let now = record.borrow();
         let best = now.best_point();
@@ -177,7 +177,7 @@ fn search(
 /// One run of argmin's L-BFGS without history; returns its iterations.
 fn lbfgs_round(
     record: &Rc<RefCell<Record<'_>>>,
-    start: &Point,
+    start: &[f64],
     options: &MinimizeOptions,
 ) -> usize {
     let solver = LBFGS::new(StrongWolfe::default(), HISTORY)
@@ -187,13 +187,10 @@ fn lbfgs_round(
         // Only negative tolerances get here; they ask for a search without end.
         return 0;
     };
+    // argmin calls a start whose value is given a stall, as its value does not
+    // change on initialisation; left to ask, it gets the value from memory.
     let outcome = Executor::new(Handle(Rc::clone(record)), solver)
-        .configure(|state| {
-            state
-                .param(start.z.clone())
-                .cost(start.value)
-                .gradient(start.gradient.clone())
-        })
+        .configure(|state| state.param(start.to_vec()))
         .timer(false)
         .run();
     // An error means that the evaluations ran out between two line searches;
