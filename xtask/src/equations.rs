@@ -1,10 +1,11 @@
 //! docs/EQUATIONS.md: every equation of the chapter, the item that implements it and where it is tested.
 //!
-//! Items are found by the equation numbers in the `# Source` sections of the libraries' documentation, tests by
-//! their files: `tests/eq_NN.rs`, the unit tests beside an item, or a test file that names the equation.
+//! Items are found by the equation numbers in the `# Source` sections of the libraries' documentation. A test
+//! counts if it stands beside the item, or in a file of the crate's `tests/` that is called `eq_NN.rs`, names the
+//! equation, or uses the item or its module.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, ensure};
@@ -60,11 +61,21 @@ const EQUATIONS: [(u32, &str, Option<&str>); 28] = [
 /// Why the equations of sections 4 and 5 have no item.
 const MANY: Option<&str> = Some("many contexts: not implemented yet");
 
+/// Crates that implement equations; the others only call them.
+const LIBRARIES: [&str; 4] = ["puma-dyn", "kernels", "gp-core", "mtgp"];
+
 /// Where an equation is implemented and tested, both as paths from the root.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 struct Places {
     items: Vec<String>,
     tests: Vec<String>,
+}
+
+/// A file of a library.
+struct SourceFile {
+    name: String,
+    stem: String,
+    text: String,
 }
 
 /// Writes docs/EQUATIONS.md, or with `check` only compares it.
@@ -93,25 +104,60 @@ pub fn run(check: bool) -> anyhow::Result<ExitCode> {
 }
 
 fn places() -> anyhow::Result<BTreeMap<u32, Places>> {
-    let mut places: BTreeMap<u32, Places> = BTreeMap::new();
-    for path in files(&root().join("crates"), &["rs"])? {
-        let (text, name) = (std::fs::read_to_string(&path)?, shown(&path));
-        if name.contains("/tests/") {
-            for number in tested(&path, &text) {
-                push(&mut places.entry(number).or_default().tests, &name);
-            }
-            continue;
-        }
-        let has_tests = text.contains("#[cfg(test)]");
-        for (number, item) in sources(&text) {
+    let mut places = BTreeMap::new();
+    for library in LIBRARIES {
+        let directory = root().join("crates").join(library);
+        let sources = read(&directory.join("src"))?;
+        let tests = directory.join("tests");
+        let tests = if tests.is_dir() {
+            read(&tests)?
+        } else {
+            Vec::new()
+        };
+        add_places(&sources, &tests, &mut places);
+    }
+    Ok(places)
+}
+
+fn read(directory: &Path) -> anyhow::Result<Vec<SourceFile>> {
+    let file = |path: PathBuf| {
+        Ok(SourceFile {
+            name: shown(&path),
+            stem: path
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .to_string(),
+            text: std::fs::read_to_string(&path)?,
+        })
+    };
+    files(directory, &["rs"])?.into_iter().map(file).collect()
+}
+
+fn add_places(files: &[SourceFile], tests: &[SourceFile], places: &mut BTreeMap<u32, Places>) {
+    for file in files {
+        for (number, item) in sources(&file.text) {
             let place = places.entry(number).or_default();
-            push(&mut place.items, &format!("{name}: {item}"));
-            if has_tests {
-                push(&mut place.tests, &name);
+            push(&mut place.items, &format!("{}: {item}", file.name));
+            if file.text.contains("#[cfg(test)]") {
+                push(&mut place.tests, &file.name);
+            }
+            let is_about = |test: &&SourceFile| {
+                tested(test).contains(&number)
+                    || uses(&test.text, &item)
+                    || uses(&test.text, &file.stem)
+            };
+            for test in tests.iter().filter(is_about) {
+                push(&mut place.tests, &test.name);
             }
         }
     }
-    Ok(places)
+}
+
+/// Whether a text contains a name as a whole identifier.
+fn uses(text: &str, name: &str) -> bool {
+    let is_identifier = |c: char| c.is_alphanumeric() || c == '_';
+    text.split(|c| !is_identifier(c)).any(|word| word == name)
 }
 
 fn push(list: &mut Vec<String>, entry: &str) {
@@ -121,10 +167,9 @@ fn push(list: &mut Vec<String>, entry: &str) {
 }
 
 /// Equations that a test file is about: the number in `eq_NN.rs`, and those its text names.
-fn tested(path: &Path, text: &str) -> Vec<u32> {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let by_name: Option<u32> = stem.strip_prefix("eq_").and_then(|n| n.parse().ok());
-    let mut numbers = numbers(text);
+fn tested(file: &SourceFile) -> Vec<u32> {
+    let by_name: Option<u32> = file.stem.strip_prefix("eq_").and_then(|n| n.parse().ok());
+    let mut numbers = numbers(&file.text);
     numbers.extend(by_name);
     numbers
 }

@@ -14,8 +14,12 @@ use clap::Parser;
 
 use crate::flags::{Command, Flags};
 
-fn main() -> anyhow::Result<ExitCode> {
-    match Flags::parse().command {
+fn main() -> ExitCode {
+    run(Flags::parse().command).unwrap_or_else(|error| complain(&error))
+}
+
+fn run(command: Command) -> anyhow::Result<ExitCode> {
+    match command {
         Command::ReproducePaper { arguments } => {
             program::bench_suite("reproduce-paper", &arguments)
         }
@@ -25,4 +29,10 @@ fn main() -> anyhow::Result<ExitCode> {
         Command::Tidy => tidy::run(),
         Command::Equations { check } => equations::run(check),
     }
+}
+
+#[expect(clippy::print_stderr, reason = "the one place where an error is shown")]
+fn complain(error: &anyhow::Error) -> ExitCode {
+    eprintln!("error: {error:#}");
+    ExitCode::FAILURE
 }

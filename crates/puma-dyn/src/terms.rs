@@ -3,6 +3,9 @@
 //! RNEA is linear in the mass distribution, in gravity and in (q̈, q̇ q̇), so switching all but one of
 //! them off leaves one term, and the terms add up to the whole. "Coriolis" includes the centrifugal
 //! torques.
+//!
+//! # Source
+//! Eq. (2), with asymmetric Coulomb friction as in sec. 2.1.
 
 use nalgebra::Vector3;
 
