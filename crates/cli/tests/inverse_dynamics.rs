@@ -219,10 +219,13 @@ fn column_order_blanks_quotes_bom_and_crlf_do_not_change_the_torques() {
         .map(|line| line.split(',').rev().collect::<Vec<_>>().join(",") + "\n")
         .collect();
     let blanks = plain.replace(',', " , ");
-    let quotes: String = plain
-        .lines()
-        .map(|line| format!("\"{}\"\n", line.replace(',', "\",\"")))
-        .collect();
+    let quotes = format!(
+        "\"{}\"\n",
+        plain
+            .trim_end()
+            .replace(',', "\",\"")
+            .replace('\n', "\"\n\"")
+    );
     let bom_crlf = format!("\u{feff}{}", plain.replace('\n', "\r\n"));
     let unended = plain.trim_end().to_owned();
     let spaced = plain.replace('\n', "\n\n");

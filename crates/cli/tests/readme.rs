@@ -11,7 +11,7 @@ fn blocks(text: &str) -> Vec<(&str, String)> {
     while let Some(line) = lines.next() {
         if let Some(info) = line.strip_prefix("```") {
             let body = lines.by_ref().take_while(|line| !line.starts_with("```"));
-            blocks.push((info, body.map(|line| format!("{line}\n")).collect()));
+            blocks.push((info, body.flat_map(|line| [line, "\n"]).collect()));
         }
     }
     blocks

@@ -14,7 +14,7 @@ fn message(text: impl AsRef<[u8]>) -> String {
 /// A state file of three rows of ones, with one field replaced.
 fn with_field(row: usize, column: usize, field: &str) -> String {
     let mut lines: Vec<Vec<String>> = vec![vec!["1.0".to_owned(); 18]; 3];
-    lines[row - 1][column - 1] = field.to_owned();
+    field.clone_into(&mut lines[row - 1][column - 1]);
     let lines = lines.iter().map(|line| line.join(","));
     std::iter::once(state_header())
         .chain(lines)

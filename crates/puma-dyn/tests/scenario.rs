@@ -12,10 +12,12 @@ const REFERENCE: &str = include_str!("../../../fixtures/scenario.toml");
 /// A run by the names of its path and speed.
 fn run(scenario: &Scenario, path: &str, speed: &str) -> Trajectory {
     let (path_idx, speed_idx) = (
-        scenario.path_idx(path).unwrap(),
-        scenario.speed_idx(speed).unwrap(),
+        scenario.path_idx(path).expect("a path"),
+        scenario.speed_idx(speed).expect("a speed"),
     );
-    scenario.trajectory(path_idx, speed_idx).unwrap()
+    scenario
+        .trajectory(path_idx, speed_idx)
+        .expect("a reachable path")
 }
 
 /// Smallest and largest of some numbers.
@@ -27,8 +29,8 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 
 /// Range of one joint's torque over loads c1 and c15.
 fn torque_range(scenario: &Scenario, trajectory: &Trajectory, joint: usize) -> (f64, f64) {
-    let torques =
-        ["c1", "c15"].map(|load| scenario.torques(trajectory, scenario.load_idx(load).unwrap()));
+    let torques = ["c1", "c15"]
+        .map(|load| scenario.torques(trajectory, scenario.load_idx(load).expect("a load")));
     range(torques.iter().flatten().skip(joint - 1).step_by(6).copied())
 }
 
@@ -309,78 +311,80 @@ fn heavier_loads_are_two_hundred_grams_apart() {
     }
 }
 
+/// What is replaced in the reference file, by what, and what the message says.
+const FAULTS: &[(&str, &str, &str)] = &[
+    ("half_width = 0.10", "half_widht = 0.10", "half_widht"),
+    (
+        "half_width = 0.10",
+        "",
+        "line 37: missing field `half_width`",
+    ),
+    (
+        "half_width = 0.10",
+        "half_width = -0.1",
+        "path.half_width is -0.1, must be positive",
+    ),
+    (
+        "half_width = 0.10",
+        "half_width = \"wide\"",
+        "invalid type: string \"wide\"",
+    ),
+    ("samples = 4000", "samples = 0", "path.samples is 0"),
+    (
+        "centre_z = [0.36, 0.40, ",
+        "centre_z = [0.36, ",
+        "path.centre_z has 3 entries, path.centre_x has 4",
+    ),
+    (
+        "durations = [20.0,",
+        "durations = [-20.0,",
+        "path.durations is -20, must be positive",
+    ),
+    (
+        "rotation = [-10.0",
+        "rotation = [nan",
+        "path.rotation is NaN, must be finite",
+    ),
+    (
+        "name = \"puma560\"",
+        "name = \"ur10\"",
+        "robot.name is `ur10`",
+    ),
+    (
+        "elbow = -1",
+        "elbow = 2",
+        "robot.elbow is 2, must be 1 or -1",
+    ),
+    (
+        "arm = \"left\"",
+        "arm = \"middle\"",
+        "unknown variant `middle`",
+    ),
+    (
+        "friction = \"modern\"",
+        "friction = \"dry\"",
+        "unknown variant `dry`",
+    ),
+    (
+        "name = \"c2\"",
+        "name = \"c1\"",
+        "load name `c1` is used more than once",
+    ),
+    (
+        "name = \"c2\"",
+        "name = \"../c2\"",
+        "load name `../c2` must be letters",
+    ),
+    (
+        "mass = 0.4",
+        "mass = -0.4",
+        "load `c2`: payload `payload`: mass is -0.4",
+    ),
+];
+
 #[test]
 fn faults_of_a_scenario_file_are_named() {
-    let cases = [
-        ("half_width = 0.10", "half_widht = 0.10", "half_widht"),
-        (
-            "half_width = 0.10",
-            "",
-            "line 37: missing field `half_width`",
-        ),
-        (
-            "half_width = 0.10",
-            "half_width = -0.1",
-            "path.half_width is -0.1, must be positive",
-        ),
-        (
-            "half_width = 0.10",
-            "half_width = \"wide\"",
-            "invalid type: string \"wide\"",
-        ),
-        ("samples = 4000", "samples = 0", "path.samples is 0"),
-        (
-            "centre_z = [0.36, 0.40, ",
-            "centre_z = [0.36, ",
-            "path.centre_z has 3 entries, path.centre_x has 4",
-        ),
-        (
-            "durations = [20.0,",
-            "durations = [-20.0,",
-            "path.durations is -20, must be positive",
-        ),
-        (
-            "rotation = [-10.0",
-            "rotation = [nan",
-            "path.rotation is NaN, must be finite",
-        ),
-        (
-            "name = \"puma560\"",
-            "name = \"ur10\"",
-            "robot.name is `ur10`",
-        ),
-        (
-            "elbow = -1",
-            "elbow = 2",
-            "robot.elbow is 2, must be 1 or -1",
-        ),
-        (
-            "arm = \"left\"",
-            "arm = \"middle\"",
-            "unknown variant `middle`",
-        ),
-        (
-            "friction = \"modern\"",
-            "friction = \"dry\"",
-            "unknown variant `dry`",
-        ),
-        (
-            "name = \"c2\"",
-            "name = \"c1\"",
-            "load name `c1` is used more than once",
-        ),
-        (
-            "name = \"c2\"",
-            "name = \"../c2\"",
-            "load name `../c2` must be letters",
-        ),
-        (
-            "mass = 0.4",
-            "mass = -0.4",
-            "load `c2`: payload `payload`: mass is -0.4",
-        ),
-    ];
-    for (from, to, message) in cases {
+    for &(from, to, message) in FAULTS {
         let text = REFERENCE.replacen(from, to, 1);
         assert_ne!(text, REFERENCE, "{from} is in the file");
         let error = Scenario::from_toml(&text).unwrap_err();
