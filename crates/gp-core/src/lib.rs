@@ -18,4 +18,5 @@ pub use init::{StartKind, StartPoint, chapter_start, varied_start};
 pub use log_marginal::{
     LogMarginal, log_marginal_likelihood, log_marginal_likelihood_with_gradient,
 };
+pub use optimize::StopReason;
 pub use posterior::{Posterior, Prediction};

@@ -1,1 +1,17 @@
-//! Integration tests.
+//! Integration tests of Gaussian-process regression.
+
+#![allow(clippy::unwrap_used, reason = "a test fails where its premise does")]
+#![allow(
+    clippy::float_cmp,
+    reason = "values worked by hand are exact in binary"
+)]
+
+mod eq_04;
+mod eq_08;
+mod eq_09;
+mod eq_22;
+mod failures;
+mod fixture;
+mod optimizer;
+mod recovery;
+mod samples;

@@ -13,7 +13,7 @@ use argmin::core::{CostFunction, Error, Executor, Gradient, State};
 use argmin::solver::quasinewton::LBFGS;
 
 use super::Objective;
-use super::line_search::StrongWolfe;
+use super::line_search::{StrongWolfe, VALUE_NOISE, largest};
 
 /// Pairs of steps and gradient changes that approximate the Hessian.
 const HISTORY: usize = 30;
@@ -213,6 +213,7 @@ struct Record<'a> {
     objective: &'a mut dyn Objective,
     recent: VecDeque<Point>,
     best: Option<Point>,
+    start_value: Option<f64>,
     evaluations: usize,
     max_evaluations: usize,
 }
@@ -223,6 +224,7 @@ impl<'a> Record<'a> {
             objective,
             recent: VecDeque::with_capacity(REMEMBERED + 1),
             best: None,
+            start_value: None,
             evaluations: 0,
             max_evaluations,
         }
@@ -244,7 +246,8 @@ impl<'a> Record<'a> {
             value,
             gradient,
         };
-        if value.is_finite() && self.best.as_ref().is_none_or(|best| value < best.value) {
+        if self.is_best(&point) {
+            self.start_value.get_or_insert(value);
             self.best = Some(point.clone());
         }
         self.recent.push_back(point);
@@ -252,6 +255,20 @@ impl<'a> Record<'a> {
             self.recent.pop_front();
         }
         Ok(value)
+    }
+
+    /// Whether a point beats the best so far: by its value, or, where rounding
+    /// hides the difference, by its gradient. It is never above the start.
+    fn is_best(&self, point: &Point) -> bool {
+        let (Some(best), Some(start_value)) = (&self.best, self.start_value) else {
+            return point.value.is_finite();
+        };
+        let noise = VALUE_NOISE * best.value.abs();
+        let is_same = (point.value - best.value).abs() <= noise && point.value <= start_value;
+        if is_same {
+            return largest(&point.gradient) < largest(&best.gradient);
+        }
+        point.value < best.value
     }
 
     fn remembered(&self, z: &[f64]) -> Option<&Point> {

@@ -21,7 +21,10 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 const CURVATURE: f64 = 0.9;
 
 /// Rounding error that is granted to a value of f, relative to it.
-const VALUE_NOISE: f64 = 1e-14;
+///
+/// Near a minimum f changes by less than it is rounded, while its slope is still
+/// known; without the grant a search ends there by failure.
+pub(super) const VALUE_NOISE: f64 = 1e-13;
 
 /// Evaluations after which the best point so far is taken, or the search fails.
 const MAX_TRIALS: usize = 20;
@@ -91,7 +94,7 @@ where
             z,
             gradient,
         };
-        let found = self.search(problem, start)?;
+        let found = self.search(problem, &start)?;
         let state = state
             .param(found.z)
             .gradient(found.gradient)
@@ -102,7 +105,7 @@ where
 }
 
 impl StrongWolfe {
-    fn search<O>(&self, problem: &mut Problem<O>, start: Trial) -> Result<Trial, Error>
+    fn search<O>(&self, problem: &mut Problem<O>, start: &Trial) -> Result<Trial, Error>
     where
         O: CostFunction<Param = Vec<f64>, Output = f64>
             + Gradient<Param = Vec<f64>, Gradient = Vec<f64>>,
@@ -116,15 +119,16 @@ impl StrongWolfe {
         }
         let reach = largest(&self.direction);
         let max_step = FULL_REACH / reach;
-        let mut step = self.first_step(&start).min(FIRST_REACH / reach);
+        let mut step = self.first_step(start).min(FIRST_REACH / reach);
         let mut bracket = Bracket {
             low: start.clone(),
             high: None,
         };
 
         for _ in 0..MAX_TRIALS {
-            let trial = self.trial(problem, &start, step)?;
-            if !is_decrease(&start, &trial) || trial.value > bracket.low.value {
+            let trial = self.trial(problem, start, step)?;
+            let noise = VALUE_NOISE * start.value.abs();
+            if !is_decrease(start, &trial, noise) || trial.value > bracket.low.value + noise {
                 bracket.high = Some((trial.step, trial.value));
             } else if trial.slope.abs() <= CURVATURE * start.slope.abs() || step >= max_step {
                 return Ok(trial);
@@ -199,8 +203,7 @@ impl Bracket {
     }
 }
 
-fn is_decrease(start: &Trial, trial: &Trial) -> bool {
-    let noise = VALUE_NOISE * start.value.abs();
+fn is_decrease(start: &Trial, trial: &Trial, noise: f64) -> bool {
     trial.value <= start.value + SUFFICIENT_DECREASE * trial.step * start.slope + noise
 }
 
@@ -223,6 +226,7 @@ fn inner(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-fn largest(values: &[f64]) -> f64 {
+/// Largest absolute value.
+pub(super) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, v| v.abs().max(largest))
 }

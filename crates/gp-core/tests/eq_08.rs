@@ -1,0 +1,114 @@
+//! Eq. (8): the log marginal likelihood and every entry of its gradient, against
+//! 50-digit arithmetic.
+
+use faer::{Mat, mat};
+use gp_core::{Factor, GpError, log_marginal_likelihood, log_marginal_likelihood_with_gradient};
+use kernels::Constant;
+
+use crate::fixture::{Case, case, conditioning_error, likelihood_rows};
+
+/// Checks a case to `tolerance` relative to the likelihood, and to the largest gradient entry.
+fn check(name: &str, tolerance: impl Fn(&Case) -> f64) {
+    let case = case(name);
+    let tolerance = tolerance(&case);
+    let expected = likelihood_rows(name);
+    let (value, gradient) = log_marginal_likelihood_with_gradient(
+        &case.covariance,
+        case.noise_std,
+        case.x.as_ref(),
+        &case.targets,
+    )
+    .unwrap();
+
+    let error = (value - expected[0].2).abs() / expected[0].2.abs();
+    assert!(
+        error <= tolerance,
+        "{name}: {value} {} error {error:e}",
+        expected[0].2
+    );
+    assert_eq!(gradient.len(), expected.len() - 1);
+    let largest = expected[1..]
+        .iter()
+        .fold(0.0, |l: f64, row| l.max(row.2.abs()));
+    for (entry, row) in gradient.iter().zip(&expected[1..]) {
+        let error = (entry - row.2).abs() / largest;
+        assert!(
+            error <= tolerance,
+            "{name} {}: {entry} {} error {error:e}",
+            row.0,
+            row.2
+        );
+    }
+}
+
+#[test]
+fn value_and_gradient_of_gpc() {
+    // κ(K) is about 2e4, so n ε κ is near 1e-10, and the errors do not all add up.
+    check("well", |case| {
+        assert!(conditioning_error(case) <= 1e-9);
+        1e-11
+    });
+}
+
+#[test]
+fn value_and_gradient_of_gp_without_friction() {
+    check("smooth", |_| 1e-11);
+}
+
+#[test]
+fn value_and_gradient_of_a_nearly_singular_matrix() {
+    // t lies 5e2 noise levels off the leading eigenvectors: all of n ε κ can show.
+    check("ill", conditioning_error);
+}
+
+#[test]
+fn value_alone_equals_value_with_gradient() {
+    let case = case("well");
+    let x = case.x.as_ref();
+    let alone = log_marginal_likelihood(&case.covariance, case.noise_std, x, &case.targets);
+    let both =
+        log_marginal_likelihood_with_gradient(&case.covariance, case.noise_std, x, &case.targets);
+    assert_eq!(alone.unwrap(), both.unwrap().0);
+}
+
+#[test]
+fn one_sample_is_a_normal_density() {
+    // K = 3 + 1 = 4, t = 2: −½·4/4 − ½ ln 4 − ½ ln 2π.
+    let covariance = Constant::new(3.0_f64.sqrt()).unwrap();
+    let value = log_marginal_likelihood(&covariance, 1.0, mat![[0.0]].as_ref(), &[2.0]).unwrap();
+    let by_hand = -0.5 - 2.0_f64.ln() - 0.5 * (2.0 * std::f64::consts::PI).ln();
+    assert!(
+        (value - by_hand).abs() <= 8.0 * f64::EPSILON,
+        "{value} {by_hand}"
+    );
+}
+
+#[test]
+fn factor_reads_the_lower_triangle_and_gives_solutions() {
+    let k = mat![[4.0, f64::NAN], [2.0, 10.0]];
+    let factor = Factor::new(k.clone()).unwrap();
+    // L = [2 0; 1 3]: |K| = 36, K⁻¹ = [10 −2; −2 4]/36.
+    assert!((factor.log_det() - 36.0_f64.ln()).abs() <= 4.0 * f64::EPSILON * 4.0);
+    let solution = factor.solve(&[36.0, 0.0]);
+    assert!((solution[0] - 10.0).abs() + (solution[1] + 2.0).abs() <= 1e-14);
+    let mut scratch = Mat::zeros(2, 2);
+    let inverse = factor.into_inverse(&mut scratch);
+    assert!(
+        (inverse[(1, 0)] * 36.0 + 2.0).abs() <= 1e-14,
+        "{}",
+        inverse[(1, 0)]
+    );
+    assert!((inverse[(1, 1)] * 36.0 - 4.0).abs() <= 1e-14);
+}
+
+#[test]
+fn matrix_that_is_not_positive_definite_is_refused_at_its_pivot() {
+    let indefinite = mat![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 2.0, 1.0]];
+    let error = Factor::new(indefinite).unwrap_err();
+    assert_eq!(error, GpError::NotPositiveDefinite { pivot: 2, order: 3 });
+    let missing = mat![[1.0, 0.0], [f64::NAN, 1.0]];
+    assert!(matches!(
+        Factor::new(missing),
+        Err(GpError::NotPositiveDefinite { .. })
+    ));
+}

@@ -1,0 +1,55 @@
+//! Eq. (22): the starting values, worked by hand, and where the formula has none.
+
+use faer::{Mat, mat};
+use gp_core::{StartKind, chapter_start, varied_start};
+use kernels::TorqueForm;
+
+#[test]
+fn starting_values_of_a_small_data_set() {
+    // t̄² = (4 + 36)/2 = 20, ¼t̄² = 5; ℓ = 1.
+    let x = mat![[1.0, 2.0, 0.0], [3.0, 2.0, -4.0]];
+    let start = chapter_start(x.as_ref(), &[2.0, 6.0], TorqueForm::Coulomb).unwrap();
+    let params = start.covariance.named_params();
+    let close = |a: f64, b: f64| (a - b).abs() <= 8.0 * f64::EPSILON * b;
+    assert!(close(params.bias_std, 5.0_f64.sqrt()));
+    assert!(close(params.signal_std, 5.0_f64.sqrt()));
+    assert!(close(params.coulomb_std.unwrap()[0], 5.0_f64.sqrt()));
+    assert!(close(start.noise_std, 0.2_f64.sqrt()));
+    // s = (5, 4, 8), m = (2, 2, −2): u² = (5/3)/s, l² = s − m² = (1, 0 → 1, 4).
+    for (u, s) in params.linear_std.iter().zip([5.0, 4.0, 8.0_f64]) {
+        assert!(close(*u, (5.0 / 3.0 / s).sqrt()), "{u}");
+    }
+    assert_eq!(params.length_scales, [1.0, 1.0, 2.0]);
+}
+
+#[test]
+fn variations_stretch_the_length_scales() {
+    let x = mat![[1.0, 2.0, 0.0], [3.0, 2.0, -4.0]];
+    let chapter = chapter_start(x.as_ref(), &[2.0, 6.0], TorqueForm::Smooth).unwrap();
+    let stretch = |kind| {
+        let start = varied_start(&chapter, kind).unwrap();
+        start.covariance.named_params().length_scales[2] / 2.0
+    };
+    assert_eq!(stretch(StartKind::Chapter), 1.0);
+    assert_eq!(stretch(StartKind::DoubleLengthScales), 2.0);
+    assert_eq!(stretch(StartKind::TypicalPairs), 3.0_f64.sqrt());
+}
+
+#[test]
+fn degenerate_data_has_usable_starting_values() {
+    let zeros = Mat::zeros(5, 3);
+    let start = chapter_start(zeros.as_ref(), &[0.0; 5], TorqueForm::Coulomb).unwrap();
+    // 0.01 t̄² = 1e-4 is the floor itself; the start is moved inside.
+    assert!((start.noise_std.powi(2) - 2e-4).abs() <= 1e-18);
+    assert_eq!(start.covariance.named_params().length_scales, [1.0; 3]);
+
+    // A constant column whose mean does not round back to itself.
+    let constant = Mat::from_fn(7, 3, |_, _| 0.1);
+    let start = chapter_start(constant.as_ref(), &[1.0; 7], TorqueForm::Coulomb).unwrap();
+    assert_eq!(start.covariance.named_params().length_scales, [1.0; 3]);
+
+    // Tiny covariates would ask for weights beyond the bound u ≤ 100.
+    let tiny = Mat::from_fn(4, 3, |row, _| 1e-9 * row as f64);
+    let start = chapter_start(tiny.as_ref(), &[50.0; 4], TorqueForm::Smooth).unwrap();
+    assert_eq!(start.covariance.named_params().linear_std, [90.0; 3]);
+}

@@ -1,0 +1,135 @@
+//! Fits to data whose hyperparameters are known.
+
+use gp_core::{
+    FitOptions, StartKind, StartPoint, StopReason, fit, fit_from, log_marginal_likelihood,
+};
+use kernels::{TorqueCovariance, TorqueForm, TorqueParams};
+use proptest::prelude::*;
+
+use crate::samples::{targets, uniform_inputs};
+
+fn truth(form: TorqueForm) -> TorqueCovariance {
+    TorqueCovariance::new(TorqueParams {
+        bias_std: 2.0,
+        linear_std: vec![3.0, 0.5, 1.0, 0.1, 2.0, 0.3],
+        signal_std: 4.0,
+        length_scales: vec![3.0, 4.0, 6.0, 10.0, 8.0, 5.0],
+        coulomb_std: (form == TorqueForm::Coulomb).then(|| vec![1.5, 0.4]),
+    })
+    .unwrap()
+}
+
+#[test]
+fn fit_is_at_least_as_likely_as_the_truth() {
+    for (seed, form) in [(1, TorqueForm::Coulomb), (2, TorqueForm::Smooth)] {
+        let x = uniform_inputs(seed, 90, 6);
+        let t = targets(seed + 50, &truth(form), 0.2, &x);
+        let of_truth = log_marginal_likelihood(&truth(form), 0.2, x.as_ref(), &t).unwrap();
+        let found = fit(x.as_ref(), &t, form, &FitOptions::several()).unwrap();
+        let log_marginal = found.report.log_marginal;
+        assert!(
+            log_marginal >= of_truth,
+            "{form:?}: {log_marginal} below {of_truth}"
+        );
+        assert!(
+            (0.1..0.4).contains(&found.noise_std()),
+            "{}",
+            found.noise_std()
+        );
+        assert_eq!(found.report.jitter_added, 0.0);
+    }
+}
+
+#[test]
+fn reported_likelihood_is_that_of_the_fit() {
+    let x = uniform_inputs(3, 40, 6);
+    let t = targets(53, &truth(TorqueForm::Coulomb), 0.2, &x);
+    let found = fit(x.as_ref(), &t, TorqueForm::Coulomb, &FitOptions::several()).unwrap();
+    let again =
+        log_marginal_likelihood(found.covariance(), found.noise_std(), x.as_ref(), &t).unwrap();
+    assert_eq!(found.report.log_marginal, again);
+    let winner = found.report.winning_start();
+    assert!(
+        found
+            .report
+            .starts
+            .iter()
+            .all(|s| s.log_marginal <= winner.log_marginal)
+    );
+}
+
+#[test]
+fn converged_start_has_a_small_projected_gradient() {
+    let x = uniform_inputs(4, 60, 6);
+    let t = targets(54, &truth(TorqueForm::Coulomb), 0.2, &x);
+    let found = fit(x.as_ref(), &t, TorqueForm::Coulomb, &FitOptions::several()).unwrap();
+    for start in &found.report.starts {
+        match start.stop {
+            StopReason::GradientSmall => assert!(start.projected_gradient <= 1e-3),
+            // A stall gains less than 1e-5 nats along a direction that descends by
+            // |g|²/2κ with curvatures κ up to n/2: |g| ≤ √(1e-5 · 60) = 0.024.
+            StopReason::ValueStalled => assert!(start.projected_gradient <= 0.05, "{start:?}"),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn fits_are_bit_identical_from_run_to_run() {
+    let x = uniform_inputs(5, 50, 6);
+    let t = targets(55, &truth(TorqueForm::Coulomb), 0.2, &x);
+    let run = || fit(x.as_ref(), &t, TorqueForm::Coulomb, &FitOptions::several()).unwrap();
+    let (first, second) = (run(), run());
+    assert_eq!(first.report, second.report);
+    assert_eq!(first.covariance(), second.covariance());
+}
+
+#[test]
+fn noise_free_data_ends_on_the_noise_bound_and_says_so() {
+    let x = uniform_inputs(6, 40, 3);
+    let t: Vec<f64> = (0..40).map(|row| 3.0 * x[(row, 0)] - x[(row, 1)]).collect();
+    let found = fit(x.as_ref(), &t, TorqueForm::Smooth, &FitOptions::chapter()).unwrap();
+    assert!(found.report.bounds_hit.contains(&"noise_std".to_owned()));
+    // √(1e-4 + eᶻ) stays at the bound, to rounding.
+    assert!(found.noise_std().powi(2) >= 1e-4 * (1.0 - 4.0 * f64::EPSILON));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn fit_never_ends_below_its_start(
+        seed in 0_u64..1000,
+        log_scale in -8.0..8.0_f64,
+        max_evaluations in 1_usize..30,
+    ) {
+        let x = uniform_inputs(seed, 15, 3);
+        let scale = log_scale.exp();
+        let t: Vec<f64> = (0..15).map(|row| scale * (x[(row, 0)] * 2.0).sin()).collect();
+        let options = FitOptions { max_evaluations, ..FitOptions::several() };
+        let found = fit(x.as_ref(), &t, TorqueForm::Coulomb, &options).unwrap();
+        for start in &found.report.starts {
+            if let Some(initial) = start.initial_log_marginal {
+                prop_assert!(start.log_marginal >= initial, "{start:?}");
+            }
+            prop_assert!(start.evaluations <= max_evaluations);
+        }
+    }
+}
+
+#[test]
+fn search_from_the_optimum_stays_there() {
+    let x = uniform_inputs(7, 60, 6);
+    let t = targets(57, &truth(TorqueForm::Coulomb), 0.2, &x);
+    let options = FitOptions::several();
+    let first = fit(x.as_ref(), &t, TorqueForm::Coulomb, &options).unwrap();
+    let warm = StartPoint {
+        kind: StartKind::Given,
+        covariance: first.covariance().clone(),
+        noise_std: first.noise_std(),
+    };
+    let second = fit_from(x.as_ref(), &t, &[warm], &options).unwrap();
+    let gain = second.report.log_marginal - first.report.log_marginal;
+    // The round trip through the unconstrained coordinates rounds θ by a few ε.
+    assert!(gain >= -1e-9, "{gain}");
+    assert!(second.report.evaluations() < first.report.evaluations());
+}
