@@ -12,7 +12,7 @@ pub const N_STATES: usize = 1024;
 
 /// States in [−π, π] rad, [−2, 2] rad/s, [−4, 4] rad/s², from a fixed seed.
 pub fn states() -> Vec<State> {
-    let mut uniform = Uniform(0x5EED_0F_0A55);
+    let mut uniform = Uniform(0x5EED_0F0A);
     let mut row = |range: f64| std::array::from_fn(|_| range * uniform.next());
     (0..N_STATES)
         .map(|_| State {
@@ -24,10 +24,10 @@ pub fn states() -> Vec<State> {
 }
 
 /// SplitMix64 (Steele, Lea & Flood 2014), mapped to [−1, 1).
-pub struct Uniform(pub u64);
+struct Uniform(u64);
 
 impl Uniform {
-    pub fn next(&mut self) -> f64 {
+    fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
