@@ -5,6 +5,7 @@ mod cholesky;
 mod data;
 mod error;
 mod fit;
+mod fit_report;
 mod init;
 mod log_marginal;
 pub mod optimize;
@@ -13,7 +14,8 @@ mod posterior;
 pub use bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};
 pub use cholesky::Factor;
 pub use error::GpError;
-pub use fit::{Fit, FitOptions, FitReport, StartReport, Starts, fit, fit_from};
+pub use fit::{Fit, FitOptions, Starts, fit, fit_from};
+pub use fit_report::{FitReport, StartReport};
 pub use init::{StartKind, StartPoint, chapter_start, varied_start};
 pub use log_marginal::{
     LogMarginal, log_marginal_likelihood, log_marginal_likelihood_with_gradient,

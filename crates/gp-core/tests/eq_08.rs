@@ -43,16 +43,17 @@ fn check(name: &str, tolerance: impl Fn(&Case) -> f64) {
 
 #[test]
 fn value_and_gradient_of_gpc() {
-    // κ(K) is about 2e4, so n ε κ is near 1e-10, and the errors do not all add up.
+    // The worst case is n ε κ(K) < 1e-9, but t is not the worst right-hand side:
+    // the error seen is 7e-15, and 1e-12 leaves room for other orders of summation.
     check("well", |case| {
         assert!(conditioning_error(case) <= 1e-9);
-        1e-11
+        1e-12
     });
 }
 
 #[test]
 fn value_and_gradient_of_gp_without_friction() {
-    check("smooth", |_| 1e-11);
+    check("smooth", |_| 1e-12);
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Bad data is refused with its place; degenerate data is not an error.
 
 use faer::{Mat, mat};
-use gp_core::{BayesLinear, FitOptions, GpError, LinearForm, Posterior, fit};
+use gp_core::{
+    BayesLinear, FitOptions, GpError, LinearForm, Posterior, chapter_start, fit, fit_from,
+};
 use kernels::{TorqueCovariance, TorqueForm};
 
 use crate::samples::uniform_inputs;
@@ -112,4 +114,20 @@ fn degenerate_data_can_be_fitted() {
             assert!(means.iter().all(|mean| mean.is_finite()), "{name}");
         }
     }
+}
+
+#[test]
+fn starts_of_another_robot_and_no_starts_are_errors() {
+    let (one_joint, two_joints) = (uniform_inputs(5, 6, 3), uniform_inputs(5, 6, 6));
+    let targets = [1.0, -1.0, 2.0, 0.5, 0.0, 1.5];
+    let options = FitOptions::several();
+    let other = chapter_start(two_joints.as_ref(), &targets, TorqueForm::Coulomb).unwrap();
+    let error = fit_from(one_joint.as_ref(), &targets, &[other], &options).unwrap_err();
+    let expected = GpError::WrongCovariates {
+        found: 3,
+        expected: 6,
+    };
+    assert_eq!(error, expected);
+    let error = fit_from(one_joint.as_ref(), &targets, &[], &options).unwrap_err();
+    assert_eq!(error, GpError::NoUsableStart { n_starts: 0 });
 }

@@ -1,0 +1,61 @@
+//! What a fit says of itself: its starts, their likelihoods, and the help it needed.
+
+use crate::init::StartKind;
+use crate::optimize::StopReason;
+
+/// What one start led to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StartReport {
+    /// Which start.
+    pub kind: StartKind,
+    /// Log marginal likelihood at the start; `None` if it has none.
+    pub initial_log_marginal: Option<f64>,
+    /// Log marginal likelihood at the end; −∞ if the start has none.
+    pub log_marginal: f64,
+    /// L-BFGS iterations.
+    pub iterations: usize,
+    /// Likelihoods with gradient.
+    pub evaluations: usize,
+    /// Restarts from steepest descent after a failed line search or a stall.
+    pub recoveries: usize,
+    /// Largest component of the projected gradient at the end.
+    pub projected_gradient: f64,
+    /// Why the search ended.
+    pub stop: StopReason,
+}
+
+/// How a fit was found and what help it needed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitReport {
+    /// Log marginal likelihood of the fit, natural log, summed over the data.
+    pub log_marginal: f64,
+    /// Every start, in the order tried.
+    pub starts: Vec<StartReport>,
+    /// Index in `starts` of the one that won.
+    pub winner: usize,
+    /// Hyperparameters that ended on a bound, by name.
+    pub bounds_hit: Vec<String>,
+    /// What was added to the diagonal beyond σ²: always 0 here, as nothing ever is.
+    pub jitter_added: f64,
+    /// A lower bound on the condition number of K + σ²I.
+    pub condition_lower_bound: f64,
+    /// Wall-clock seconds; the library has no clock, so only a caller fills it.
+    pub seconds: Option<f64>,
+}
+
+impl FitReport {
+    /// The start that won.
+    pub fn winning_start(&self) -> &StartReport {
+        &self.starts[self.winner]
+    }
+
+    /// Evaluations of all starts together.
+    pub fn evaluations(&self) -> usize {
+        self.starts.iter().map(|start| start.evaluations).sum()
+    }
+
+    /// Recoveries of all starts together.
+    pub fn recoveries(&self) -> usize {
+        self.starts.iter().map(|start| start.recoveries).sum()
+    }
+}
