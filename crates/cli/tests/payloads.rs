@@ -221,3 +221,21 @@ fn a_branching_robot_must_name_the_link_which_may_be_fixed_to_a_moving_one() {
     // 1 kg at 1 m along x on an axis along +y: the torque that holds it is −9.81 N·m.
     assert_eq!(folder.read("torques.csv"), "tau1,tau2\n-9.81,0.0\n");
 }
+
+#[test]
+fn a_chain_with_a_fixed_joint_in_it_ends_in_the_link_of_its_last_moving_joint() {
+    let folder = Folder::new();
+    let chain = TWO_ARMS.replace(
+        "<parent link=\"base\"/><child link=\"right\"/>",
+        "<parent link=\"tool\"/><child link=\"right\"/>",
+    );
+    folder.write("chain.urdf", chain);
+    folder.write("states.csv", "q1,q2,qd1,qd2,qdd1,qdd2\n0,0,0,0,0,0\n");
+    folder.write(
+        "load.toml",
+        "mass = 1\ncentre = [0.5, 0, 0]\nsize = [0, 0, 0]\n",
+    );
+    folder.run(&RUN.replace("puma560", "chain.urdf"));
+    // The load is 0.5 m beyond axis b, which with link `right` (2 kg) is 1 m beyond axis a: −9.81·(1.5 + 2).
+    assert_eq!(folder.read("torques.csv"), "tau1,tau2\n-34.335,-4.905\n");
+}

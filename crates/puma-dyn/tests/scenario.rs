@@ -294,6 +294,16 @@ fn positions_are_continuous_all_around_the_path() {
 }
 
 #[test]
+fn a_joint_that_passes_half_a_turn_goes_on_instead_of_jumping() {
+    let wide = REFERENCE.replacen("half_width = 0.10", "half_width = 0.20", 1);
+    let trajectory = run(&Scenario::from_toml(&wide).unwrap(), "p4", "s1");
+    let q1: Vec<f64> = (0..4000).map(|k| trajectory.state(k).0[0]).collect();
+    let (low, high) = range(q1.iter().copied());
+    assert!(low < 3.0 && high > PI, "{low} {high}");
+    assert!(q1.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 0.01));
+}
+
+#[test]
 fn samples_are_regular_in_time_and_stop_before_the_first_point_comes_again() {
     let trajectory = run(&Scenario::reference(), "p2", "s3");
     assert!(trajectory.time[0].abs() <= 0.0);
