@@ -36,7 +36,7 @@ pub enum LinearForm {
 /// ```
 /// tᵀt/σ² can be 10¹⁰, so A is never formed.
 /// σ²A = RᵀR comes from a QR decomposition of the rows of X̃ followed by (σ/τ)I,
-/// and E[β] is the least-squares solution of that stacked system.
+/// and E\[β\] is the least-squares solution of that stacked system.
 /// # Source
 /// Eq. (9); Rasmussen & Williams 2006, sec. 2.1; Golub & Van Loan 2013, sec. 5.3.
 #[derive(Debug, Clone)]
@@ -88,7 +88,7 @@ impl BayesLinear {
         self.form
     }
 
-    /// Posterior means x̃ᵀE[β] at the rows of `x`, in target units.
+    /// Posterior means x̃ᵀE\[β\] at the rows of `x`, in target units.
     ///
     /// # Errors
     /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
