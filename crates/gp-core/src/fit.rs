@@ -11,6 +11,7 @@ use crate::log_marginal::LogMarginal;
 use crate::optimize::{MinimizeOptions, Minimum, Reparametrised, minimize};
 use crate::posterior::Posterior;
 
+// DEVIATION(sec. 3): the chapter's search has no such limit.
 /// Points of a search whose likelihood may be wrong by more nats than this are not entered.
 ///
 /// A weight that runs off to 10⁵ N·m beside σ = 10⁻² leaves a likelihood that
@@ -22,6 +23,8 @@ const MAX_ROUNDING: f64 = 0.1;
 pub enum Starts {
     /// Eq. (22) alone.
     Chapter,
+    // DEVIATION(A.1): the chapter has one start, from which the squared exponential is
+    // often switched off before it is tried.
     /// Eq. (22) and variations of it; the highest likelihood is kept.
     Several,
 }

@@ -84,6 +84,8 @@ pub fn chapter_start(
             TorqueForm::Coulomb => Some(vec![(share / n_joints as f64).sqrt(); n_joints]),
         },
     };
+    // DEVIATION(eq. 22): σ² starts at 2·10⁻⁴ where 0.01 t̄² is below that, as a start on
+    // its bound could not move.
     let noise_bound = Transform::SquareAbove {
         floor: NOISE_VAR_FLOOR,
     };

@@ -29,6 +29,8 @@ pub const LINEAR_STD_CEILING: f64 = 100.0;
 /// without reaching it.
 /// # Source
 /// Bounds: sec. 3. The reparametrisation stands in for L-BFGS-B's box.
+// DEVIATION(sec. 3): the chapter's L-BFGS has box bounds; argmin's has none, so the
+// bounds are approached by these maps instead of reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Transform {
     /// Any positive value.
