@@ -59,19 +59,20 @@ fn trailing_blanks(text: &str) -> impl Iterator<Item = usize> {
         .map(|(i, _)| i + 1)
 }
 
-/// What a fixture's provenance lacks: `name.toml` beside `name.csv`, with source, date and licence.
+/// What a fixture's provenance lacks: `name.toml` beside `name.csv` with a source (or the program that made the
+/// numbers), a date and a licence.
 fn provenance_complaint(csv: &Path) -> Option<String> {
     let toml = csv.with_extension("toml");
     let Ok(text) = std::fs::read_to_string(&toml) else {
         return Some(format!("{}: no {} beside it", shown(csv), shown(&toml)));
     };
-    let has = |key: &&str| {
+    let has = |key: &str| {
         text.lines()
             .any(|line| line.starts_with(&format!("{key} = ")))
     };
-    let missing: Vec<&str> = ["source", "date", "licence"]
+    let missing: Vec<&str> = ["source|program", "date", "licence"]
         .into_iter()
-        .filter(|key| !has(key))
+        .filter(|keys| !keys.split('|').any(has))
         .collect();
     let keys = missing.join(", ");
     (!missing.is_empty()).then(|| format!("{}: missing {keys}", shown(&toml)))

@@ -1,7 +1,7 @@
 //! The four models of section 3.4, fitted to raw covariates (no standardisation, as in the chapter).
 
 use faer::MatRef;
-use gp_core::{BayesLinear, Fit, FitOptions, LinearForm, StartKind, StartReport};
+use gp_core::{BayesLinear, Fit, FitOptions, LinearForm, StartKind, StartReport, StopReason};
 use kernels::{Covariance, TorqueForm};
 
 use crate::cell::{FitSummary, ModelKind, StartSummary};
@@ -58,7 +58,7 @@ impl Fitted {
         Some(FitSummary {
             log_marginal_likelihood: fit.report.log_marginal,
             start: start_name(winner.kind).to_string(),
-            stop: format!("{:?}", winner.stop),
+            stop: stop_name(winner.stop).to_string(),
             iterations: winner.iterations,
             evaluations: fit.report.evaluations(),
             recoveries: fit.report.recoveries(),
@@ -75,7 +75,7 @@ fn start_summary(start: &StartReport) -> StartSummary {
         name: start_name(start.kind).to_string(),
         log_marginal_likelihood: start.log_marginal,
         evaluations: start.evaluations,
-        stop: format!("{:?}", start.stop),
+        stop: stop_name(start.stop).to_string(),
     }
 }
 
@@ -87,6 +87,18 @@ fn start_name(kind: StartKind) -> &'static str {
         StartKind::TypicalPairs => "lengths-x-sqrt-3l",
         StartKind::TypicalPairsLowNoise => "lengths-x-sqrt-3l-low-noise",
         StartKind::Given => "given",
+        _ => "other",
+    }
+}
+
+/// Name of the reason why a search ended.
+fn stop_name(stop: StopReason) -> &'static str {
+    match stop {
+        StopReason::GradientSmall => "gradient-small",
+        StopReason::ValueStalled => "value-stalled",
+        StopReason::EvaluationLimit => "evaluation-limit",
+        StopReason::RecoveryLimit => "recovery-limit",
+        StopReason::StartUndefined => "start-undefined",
         _ => "other",
     }
 }
