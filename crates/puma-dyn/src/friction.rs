@@ -15,6 +15,7 @@ use crate::description::Drive;
 pub enum Friction {
     /// None at all.
     None,
+    // DEVIATION(sec. 2.1): the absolute gear ratio; the toolbox of the time used the signed one.
     /// Both motor-side terms act against the motion whatever the sign of the gear ratio.
     Modern,
     /// `G (B q̇ + Tc)` with *signed* G, as the Robotics Toolbox of 2002–2008 computed it: a joint with

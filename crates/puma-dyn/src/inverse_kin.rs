@@ -153,7 +153,7 @@ impl Branch {
 /// stretched arm or nearer than the folded one, or if the pose is not finite.
 ///
 /// # Source
-/// See the [module](self) for the equations; branches as in Corke 1996, "A Robotics Toolbox for MATLAB".
+/// The equations are at the top of this source file; branches as in Corke 1996, "A Robotics Toolbox for MATLAB".
 pub fn inverse_kinematics(pose: &Pose, branch: Branch) -> Result<[f64; 6], DynError> {
     let wrist = &pose.translation;
     let [q1, q2, q3] = arm_angles(wrist, branch)?;

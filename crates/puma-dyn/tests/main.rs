@@ -1,18 +1,18 @@
 //! Cross-module tests of puma-dyn, one module per subject.
 
+mod allocations;
+mod classical;
 mod fixture;
+mod golden;
+mod identities;
 mod inverse_kin;
+mod payload_merge;
 mod pinocchio;
 mod puma_files;
+mod random_tree;
 mod scenario;
 mod sidecar;
 mod urdf_arm;
 mod urdf_files;
 mod urdf_traps;
-mod allocations;
-mod classical;
-mod golden;
-mod identities;
-mod payload_merge;
-mod random_tree;
 mod validation;
