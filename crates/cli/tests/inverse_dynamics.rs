@@ -412,7 +412,7 @@ fn columns_of_joints_that_the_robot_does_not_have_are_copied_with_a_warning() {
         folder.run("inverse-dynamics --robot slider.urdf --input states.csv --output torques.csv");
     assert!(
         said.contains(
-            "warning: states.csv: q_gripper belong to no joint of the robot: copied, not used"
+            "warning: states.csv: copied, not used, because the robot has no such joint: q_gripper"
         ),
         "{said}"
     );

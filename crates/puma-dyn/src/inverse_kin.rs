@@ -152,6 +152,17 @@ impl Branch {
 /// [`DynError::Unreachable`] if the wrist is nearer to the base axis than d3, farther from the shoulder than the
 /// stretched arm or nearer than the folded one, or if the pose is not finite.
 ///
+/// ```
+/// use puma_dyn::{Arm, Branch, Elbow, Wrist, forward_kinematics, inverse_kinematics, puma560};
+///
+/// let model = puma560::model();
+/// let flange = model.frame_idx(puma560::LAST_LINK).expect("the arm has a last link");
+/// let pose = forward_kinematics(&model, flange, &[0.1, 0.2, -0.3, 0.4, 0.5, 0.6]);
+/// let q = inverse_kinematics(&pose, Branch::new(Arm::Right, Elbow::Down, Wrist::NoFlip))?;
+/// assert!((q[1] - 0.2).abs() < 1e-14);
+/// # Ok::<(), puma_dyn::DynError>(())
+/// ```
+///
 /// # Source
 /// The equations are at the top of this source file; branches as in Corke 1996, "A Robotics Toolbox for MATLAB".
 pub fn inverse_kinematics(pose: &Pose, branch: Branch) -> Result<[f64; 6], DynError> {

@@ -39,6 +39,17 @@ const RANGES_DEG: [(f64, f64); N_JOINTS] = [
 /// An arm, its paths, their durations and its loads.
 ///
 /// Paths are called `p1`, `p2`, …, speeds `s1`, `s2`, …; loads carry the names of the file.
+///
+/// ```
+/// use puma_dyn::Scenario;
+///
+/// let scenario = Scenario::reference();
+/// let (path, speed) = (scenario.path_idx("p2")?, scenario.speed_idx("s4")?);
+/// let trajectory = scenario.trajectory(path, speed)?;
+/// let torques = scenario.torques(&trajectory, scenario.load_idx("c3")?);
+/// assert_eq!((trajectory.n_samples(), torques.len()), (4000, 4000 * 6));
+/// # Ok::<(), puma_dyn::DynError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Scenario {
     model: Model,

@@ -18,9 +18,9 @@ use crate::table::{Row, Table};
 
 /// Torques of a robot for every row of a CSV of joint positions, speeds and accelerations
 ///
-/// INPUT has a header with q1..qN, qd1..qdN, qdd1..qddN (or q_<joint>, qd_<joint>, qdd_<joint>), in any column
+/// INPUT has a header with q1..qN, qd1..qdN, qdd1..qddN (or `q_<joint>`, …), in any column
 /// order, and one row per sample; other columns are copied to the output as they are.
-/// OUTPUT has those columns, then tau1..tauN (or tau_<joint>), one row per input row, in digits that read back exactly.
+/// OUTPUT has those columns, then tau1..tauN (or `tau_<joint>`), one row per input row, in digits that read back exactly.
 /// Numbers are rad, rad/s, rad/s² and N·m; m, m/s, m/s² and N for sliding joints.
 ///
 /// What is in the torques: rigid bodies, gravity and the payload always; friction by --friction; rotor inertia
@@ -304,7 +304,7 @@ fn warn_of_strangers(file: &str, columns: &StateColumns) {
     if !columns.strangers.is_empty() {
         let names = columns.strangers.join(", ");
         messages::warning(format!(
-            "{file}: {names} belong to no joint of the robot: copied, not used"
+            "{file}: copied, not used, because the robot has no such joint: {names}"
         ));
     }
 }
