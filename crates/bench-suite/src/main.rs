@@ -80,6 +80,12 @@ fn print(reproduction: &Reproduction) {
         }
         println!();
     }
+    if reproduction.outcome.n_missing > 0 {
+        println!(
+            "{} cells are not computed yet.",
+            reproduction.outcome.n_missing
+        );
+    }
     let directory = reproduction.directory.display();
     println!("Report, figure and CSV files: {directory}/report.md");
 }

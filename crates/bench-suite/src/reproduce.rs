@@ -121,9 +121,10 @@ fn report(
     }
 
     found.extend(claims(averages, outcome));
+    found.retain(|(_, items)| !items.is_empty());
     for (title, items) in &found {
         page.section(title);
-        page.list(items, "Nothing to list.");
+        page.list(items, "");
     }
     page.section("Where extrap is less than ten times harder than interp");
     page.list(&findings::extrap_is_harder(averages), "Nowhere.");
@@ -190,7 +191,6 @@ fn claims(averages: &Averages, outcome: &RunOutcome) -> Findings {
         .iter()
         .map(|(cell, error)| format!("{cell}: {error}."));
     claims.push(("Cells without a result".into(), failed.collect()));
-    claims.retain(|(_, found)| !found.is_empty());
     claims
 }
 
