@@ -101,12 +101,20 @@ pub(crate) fn unphysical(mass: f64, inertia: &Matrix3<f64>) -> Option<String> {
     if trace_complement(inertia).symmetric_eigenvalues().min() < -allowance {
         let mut sorted: [f64; 3] = moments.into();
         sorted.sort_by(f64::total_cmp);
-        let [small, middle, large] = sorted;
+        let [small, middle, large] = sorted.map(|moment| four_digits(moment, allowance));
         return Some(format!(
             "its principal moments break the triangle inequality: {large} > {middle} + {small}"
         ));
     }
     (mass <= 0.0 && inertia.norm() > 0.0).then(|| "it has inertia but no mass".to_owned())
+}
+
+/// A number as messages show it: four digits, and 0 where it is rounding noise.
+fn four_digits(value: f64, noise: f64) -> f64 {
+    if value.abs() <= noise {
+        return 0.0;
+    }
+    format!("{value:.3e}").parse().unwrap_or(value)
 }
 
 /// An error if any of the numbers is NaN or infinite.
