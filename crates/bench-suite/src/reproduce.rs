@@ -9,7 +9,7 @@ use crate::manifest::Manifest;
 use crate::report::averages::{self, Averages};
 use crate::report::markdown::Page;
 use crate::report::text_table::TextTable;
-use crate::report::{fig07, findings, records_csv, table3};
+use crate::report::{fig07, fig08, findings, records_csv, table3};
 use crate::run::{Reuse, RunOutcome, run};
 use crate::spec::{Experiment, Profile, Scope, Selection};
 use crate::store::{MEASURED_BY, Store, write_atomically};
@@ -115,6 +115,7 @@ fn report(
                 found.extend(checks);
                 table = Some(text);
             }
+            "fig08" => found.extend(fig08_part(scope, outcome, &mut page, files)?),
             _ => fig07_part(experiment, scope, averages, &mut page, files)?,
         }
         page.prose(&experiment.text.analysis);
@@ -176,6 +177,27 @@ fn fig07_part(
     files.add("fig07.svg", picture.to_svg());
     page.picture("Hinton diagram of the average nMSE", "fig07.png");
     Ok(())
+}
+
+fn fig08_part(
+    scope: &Scope,
+    outcome: &RunOutcome,
+    page: &mut Page,
+    files: &mut Files,
+) -> Result<Findings, BenchError> {
+    let rows = fig08::rows(&outcome.records, scope);
+    let Some(subject) = fig08::subject(scope).filter(|_| !rows.is_empty()) else {
+        page.prose("No finished cell of this figure.");
+        return Ok(Findings::new());
+    };
+    let picture = fig08::draw(&rows, subject);
+    files.add("fig08.png", picture.to_png()?);
+    files.add("fig08.svg", picture.to_svg());
+    page.picture("Hinton diagrams of the hyperparameters", "fig08.png");
+    Ok(vec![(
+        "Row maxima of figure 8".into(),
+        fig08::findings(&rows),
+    )])
 }
 
 /// The chapter's claims about the averages, and the cells that failed.

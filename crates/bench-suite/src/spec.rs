@@ -9,9 +9,10 @@ use crate::error::BenchError;
 use crate::split::UNIQUE;
 
 /// Sources of the experiments, compiled in so that the program runs from anywhere.
-const SOURCES: [(&str, &str); 2] = [
+const SOURCES: [(&str, &str); 3] = [
     ("table3.toml", include_str!("../experiments/table3.toml")),
     ("fig07.toml", include_str!("../experiments/fig07.toml")),
+    ("fig08.toml", include_str!("../experiments/fig08.toml")),
 ];
 
 /// Joints of the PUMA 560.

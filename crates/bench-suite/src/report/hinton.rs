@@ -46,6 +46,11 @@ impl LogRange {
     }
 }
 
+/// Side of the square that has a fraction of the largest square's area, in points.
+pub fn side_of_area(fraction: f64) -> f64 {
+    PITCH * LARGEST * fraction.clamp(0.0, 1.0).sqrt()
+}
+
 /// Size and weight of a label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Font {

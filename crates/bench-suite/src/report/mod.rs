@@ -2,6 +2,7 @@
 
 pub mod averages;
 pub mod fig07;
+pub mod fig08;
 pub mod findings;
 pub mod hinton;
 pub mod markdown;
