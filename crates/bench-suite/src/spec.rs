@@ -247,7 +247,7 @@ mod tests {
         let error = Experiment::named(&["fig70".to_string()]).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "unknown experiment \"fig70\"; known: table3, fig07"
+            "unknown experiment \"fig70\"; known: table3, fig07, fig08"
         );
         let source = include_str!("../experiments/table3.toml").replace("[1, 3, 6]", "[1, 7]");
         let error = Experiment::parse("x", &source).unwrap_err().to_string();
