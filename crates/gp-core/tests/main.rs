@@ -6,6 +6,8 @@
     reason = "values worked by hand are exact in binary"
 )]
 
+mod certified;
+mod curves;
 mod eq_04;
 mod eq_08;
 mod eq_09;
