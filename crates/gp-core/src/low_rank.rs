@@ -250,3 +250,52 @@ fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
 fn squared_norm(values: &[f64]) -> f64 {
     values.iter().map(|value| value * value).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kernels::{TorqueCovariance, TorqueForm};
+
+    /// log p̂ and gradient with given pivots.
+    fn with_pivots(theta: &[f64], pivots: &[usize]) -> (f64, Vec<f64>) {
+        let x = Mat::from_fn(40, 3, |row, col| {
+            (0.16 * row as f64 + 1.1 * col as f64).sin() * (1.0 + 0.02 * row as f64)
+        });
+        let targets: Vec<f64> = (0..40)
+            .map(|row| 2.0 * (0.3 * f64::from(row)).sin())
+            .collect();
+        let (noise_std, of_covariance) = theta.split_last().unwrap();
+        let mut covariance = TorqueCovariance::unit(1, TorqueForm::Coulomb);
+        covariance.set_params(of_covariance);
+        let mut pivoted = PivotedCholesky::empty(&covariance, x.as_ref());
+        pivoted.seed(&covariance, x.as_ref(), pivots);
+        assert_eq!(pivoted.rank(), pivots.len());
+        let low_rank = LowRank::new(pivoted, *noise_std, &targets).unwrap();
+        let mut gradient = vec![0.0; theta.len()];
+        low_rank.gradient(&covariance, x.as_ref(), &mut gradient);
+        (low_rank.log_marginal(), gradient)
+    }
+
+    #[test]
+    fn gradient_with_fixed_pivots_is_that_of_central_differences() {
+        // Few pivots, so that what is left out is far from negligible.
+        for pivots in [vec![], vec![7], vec![3, 30, 12, 21, 37, 0]] {
+            let theta = [0.7, 0.5, 0.8, 0.4, 1.3, 0.9, 1.2, 1.5, 0.6, 0.3];
+            let (_, gradient) = with_pivots(&theta, &pivots);
+            for (idx, value) in theta.iter().enumerate() {
+                let step = 1e-5 * value;
+                let at = |shift: f64| {
+                    let mut moved = theta;
+                    moved[idx] += shift;
+                    with_pivots(&moved, &pivots).0
+                };
+                let difference = (at(step) - at(-step)) / (2.0 * step);
+                // Values near 100 rounded to 1e-13, and step² of third derivatives
+                // near 1e4/θ³.
+                let tolerance = 1e-12 / step + 1e4 * step * step / value.powi(3);
+                let error = (gradient[idx] - difference).abs();
+                assert!(error <= tolerance, "{idx}: {} {difference}", gradient[idx]);
+            }
+        }
+    }
+}

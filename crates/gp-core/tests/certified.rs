@@ -40,7 +40,6 @@ fn check_fixture(name: &str, certificate: f64, gradient_tolerance: f64) {
     .unwrap();
     let evaluation = found.evaluation;
     let error = (evaluation.log_marginal_likelihood - expected[0].2).abs();
-    println!("{name} {evaluation:?} error {error:e}");
     assert!(
         error <= evaluation.error_bound,
         "{name}: {error:e} {evaluation:?}"
@@ -64,10 +63,16 @@ fn value_is_within_its_bound_of_fifty_digits() {
     // At full rank nothing is left out: only rounding remains.
     check_fixture("well", 1e-9, 1e-12);
     check_fixture("smooth", 1e-9, 1e-12);
-    // The gradient is that of the truncated value: as wrong as the certificate, times
-    // the number of ways in which the trace of the remainder can move.
-    check_fixture("curve", 1e-6, 1e-6);
     check_fixture("ill", 1e-6, conditioning_error(&case("ill")));
+}
+
+#[test]
+fn truncated_value_is_within_its_bound_of_fifty_digits() {
+    // Of 60 pivots, 37 to 56 are taken. The gradient is that of the truncated value: a
+    // change by the certificate over σ = 0.01, relative to a largest entry near 600.
+    for certificate in [0.3, 1e-2, 1e-4] {
+        check_fixture("curve", certificate, certificate / 6.0);
+    }
 }
 
 #[test]
@@ -81,7 +86,8 @@ fn low_rank_value_and_gradient_are_those_of_the_dense_path() {
             low.evaluation.log_marginal_likelihood - dense.evaluation.log_marginal_likelihood;
         let bound = low.evaluation.error_bound + dense.evaluation.error_bound;
         assert!(difference.abs() <= bound, "{difference:e} {bound:e}");
-        assert!(bound <= 2.0 * certificate + 1e-5, "{bound:e}");
+        // What rounding may hide comes on top, here 3e-5.
+        assert!(bound <= 2.0 * certificate + 1e-4, "{bound:e}");
         let largest = dense.gradient.iter().fold(0.0, |l: f64, g| l.max(g.abs()));
         for (idx, (a, b)) in low.gradient.iter().zip(&dense.gradient).enumerate() {
             // A change of the value by the certificate over a relative change of θ by one
@@ -146,12 +152,12 @@ fn automatic_choice_is_dense_where_the_rank_does_not_pay() {
         found.evaluation
     };
     let x = curves::inputs(400);
-    assert_eq!(automatic(&x, 2.0).method, MethodUsed::Certified);
+    assert_eq!(automatic(&x, 8.0).method, MethodUsed::Certified);
     // Short length scales: every sample is new.
     let rough = automatic(&x, 0.02);
     assert_eq!((rough.method, rough.rank), (MethodUsed::Dense, 400));
     let few = x.subrows(0, 40).to_owned();
-    assert_eq!(automatic(&few, 2.0).method, MethodUsed::Dense);
+    assert_eq!(automatic(&few, 8.0).method, MethodUsed::Dense);
 }
 
 #[test]

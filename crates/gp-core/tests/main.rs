@@ -14,6 +14,7 @@ mod eq_09;
 mod eq_22;
 mod failures;
 mod fixture;
+mod low_rank_posterior;
 mod optimizer;
 mod recovery;
 mod samples;
