@@ -142,26 +142,23 @@ impl<'a> LogMarginal<'a> {
         noise_std: f64,
         gradient: &mut [f64],
     ) -> Result<Evaluation, GpError> {
-        let evaluation = match self.low_rank(covariance, noise_std)? {
-            Some(low_rank) => {
-                low_rank.gradient(covariance, self.x, gradient);
-                Evaluation {
-                    log_marginal_likelihood: low_rank.log_marginal(),
-                    error_bound: low_rank.error_bound(),
-                    method: MethodUsed::Certified,
-                    rank: low_rank.pivoted().rank(),
-                }
+        let evaluation = if let Some(low_rank) = self.low_rank(covariance, noise_std)? {
+            low_rank.gradient(covariance, self.x, gradient);
+            Evaluation {
+                log_marginal_likelihood: low_rank.log_marginal(),
+                error_bound: low_rank.error_bound(),
+                method: MethodUsed::Certified,
+                rank: low_rank.pivoted().rank(),
             }
-            None => {
-                let (x, targets) = (self.x, self.targets);
-                let dense =
-                    (self.dense).value_and_gradient(covariance, noise_std, x, targets, gradient)?;
-                Evaluation {
-                    log_marginal_likelihood: dense.value,
-                    error_bound: dense.rounding,
-                    method: MethodUsed::Dense,
-                    rank: self.targets.len(),
-                }
+        } else {
+            let (x, targets) = (self.x, self.targets);
+            let dense =
+                (self.dense).value_and_gradient(covariance, noise_std, x, targets, gradient)?;
+            Evaluation {
+                log_marginal_likelihood: dense.value,
+                error_bound: dense.rounding,
+                method: MethodUsed::Dense,
+                rank: targets.len(),
             }
         };
         self.require_finite(gradient.iter().sum())?;
