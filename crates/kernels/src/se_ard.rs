@@ -120,11 +120,16 @@ pub(crate) fn correlations(
     let sq_a = &a.sq_norms[rows_a];
     for (col, sq_b) in b.sq_norms[rows_b].iter().enumerate() {
         let column = column_mut(&mut out, col);
-        for (value, sq_a) in column.iter_mut().zip(sq_a) {
-            // −s/2 = z_a·z_b − (|z_a|² + |z_b|²)/2; the comparison lets NaN through.
-            let exponent = *value - 0.5 * (sq_a + sq_b);
-            *value = if exponent > 0.0 { 0.0 } else { exponent };
-        }
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for (value, sq_a) in column.iter_mut().zip(sq_a) {
+                    // −s/2 = z_a·z_b − (|z_a|² + |z_b|²)/2; the comparison lets NaN through.
+                    let exponent = *value - 0.5 * (sq_a + sq_b);
+                    *value = if exponent > 0.0 { 0.0 } else { exponent };
+                }
+            },
+        );
         exp_in_place(column);
     }
 }

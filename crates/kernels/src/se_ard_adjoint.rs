@@ -94,14 +94,8 @@ impl CrossSums {
             let mut block = buffer.as_mut().subcols_mut(0, width);
             correlations(first, 0..n1, second, start..start + width, block.as_mut());
             for_each_column(adjoint.subcols(start, width), |k, q_column| {
-                for ((w, q), row_sum) in (column_mut(&mut block, k).iter_mut())
-                    .zip(q_column)
-                    .zip(&mut row_sums)
-                {
-                    *w *= q;
-                    *row_sum += *w;
-                    column_sums[start + k] += *w;
-                }
+                let w_column = column_mut(&mut block, k);
+                column_sums[start + k] = weigh_column(w_column, q_column, &mut row_sums);
             });
             matmul(
                 products.as_mut().subrows_mut(start, width),
@@ -123,6 +117,31 @@ impl CrossSums {
                 .collect(),
         }
     }
+}
+
+/// w ← w ∘ q; adds w to the row sums and returns its sum.
+///
+/// The sum is made in eight lanes, whatever the machine's vectors, so that its
+/// rounding is the same everywhere.
+fn weigh_column(w: &mut [f64], q: &[f64], row_sums: &mut [f64]) -> f64 {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for ((w, q), row_sum) in w.iter_mut().zip(q).zip(row_sums) {
+                *w *= q;
+                *row_sum += *w;
+            }
+            let mut lanes = [0.0; 8];
+            let chunks = w.chunks_exact(8);
+            let rest: f64 = chunks.remainder().iter().sum();
+            for chunk in chunks {
+                for (lane, value) in lanes.iter_mut().zip(chunk) {
+                    *lane += value;
+                }
+            }
+            lanes.iter().sum::<f64>() + rest
+        },
+    )
 }
 
 fn weighted_squares(values: &[f64], weights: &[f64]) -> f64 {
