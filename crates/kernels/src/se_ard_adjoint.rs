@@ -7,7 +7,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::columns::{column_mut, for_each_column};
-use crate::se_ard::{BLOCK, Scaled, correlations};
+use crate::se_ard::{BLOCK, Scaled, correlations, cross_block};
 
 /// Sums over the strictly lower triangle of W = Q ∘ E, gathered block by block.
 pub(crate) struct LowerSums {
@@ -88,9 +88,10 @@ impl CrossSums {
         let mut row_sums = vec![0.0; n1]; // Σ_b W_ab
         let mut column_sums = vec![0.0; n2]; // Σ_a W_ab
         let mut products = Mat::zeros(n2, d); // WᵀZ1, (n2, d)
-        let mut buffer = Mat::zeros(n1, BLOCK.min(n2)); // (n1, BLOCK)
-        for start in (0..n2).step_by(BLOCK) {
-            let width = BLOCK.min(n2 - start);
+        let block_size = cross_block(n1);
+        let mut buffer = Mat::zeros(n1, block_size.min(n2)); // (n1, block_size)
+        for start in (0..n2).step_by(block_size) {
+            let width = block_size.min(n2 - start);
             let mut block = buffer.as_mut().subcols_mut(0, width);
             correlations(first, 0..n1, second, start..start + width, block.as_mut());
             for_each_column(adjoint.subcols(start, width), |k, q_column| {
