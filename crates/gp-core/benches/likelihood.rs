@@ -19,7 +19,7 @@ use kernels::Covariance;
 #[path = "../tests/curves.rs"]
 mod curves;
 
-const NOISE_STD: f64 = 0.02;
+const NOISE_STD: f64 = 0.03;
 
 fn likelihood(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("likelihood_with_gradient");
@@ -42,7 +42,7 @@ fn likelihood(criterion: &mut Criterion) {
 
         let options = LikelihoodOptions {
             method: Method::Certified,
-            certificate: 5e-3,
+            certificate: 2e-3,
         };
         let mut certified = LogMarginal::new(x.as_ref(), &targets, options);
         let found = (certified.evaluate(&covariance, NOISE_STD, &mut gradient)).unwrap();
