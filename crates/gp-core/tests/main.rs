@@ -6,12 +6,16 @@
     reason = "values worked by hand are exact in binary"
 )]
 
+mod certified;
+mod curves;
 mod eq_04;
 mod eq_08;
 mod eq_09;
 mod eq_22;
 mod failures;
 mod fixture;
+mod low_rank_posterior;
+mod memory;
 mod optimizer;
 mod recovery;
 mod samples;

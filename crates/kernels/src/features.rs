@@ -11,9 +11,13 @@ use crate::columns::for_each_column;
 
 /// Features scaled by their weights, Φ diag(w), (n, p).
 fn weighted(features: MatRef<'_, f64>, weights: &[f64]) -> Mat<f64> {
-    Mat::from_fn(features.nrows(), features.ncols(), |row, col| {
-        features[(row, col)] * weights[col]
-    })
+    let mut scaled = Mat::zeros(features.nrows(), features.ncols());
+    for_each_column(features, |col, column| {
+        for (target, feature) in scaled.col_as_slice_mut(col).iter_mut().zip(column) {
+            *target = feature * weights[col];
+        }
+    });
+    scaled
 }
 
 /// Adds Φ diag(w²) Φᵀ to the lower triangle of `out`.
@@ -93,6 +97,36 @@ pub(crate) fn add_adjoint(
             .zip(product)
             .enumerate()
             .map(|(row, (feature, below))| feature * (2.0 * below + adjoint[(row, row)] * feature))
+            .sum();
+        gradient[col_idx] += 2.0 * weights[col_idx] * quadratic;
+    });
+}
+
+/// Adds Σ_ab Q_ab ∂K_ab/∂w_j = 2 w_j φ1_jᵀ Q φ2_j to `gradient`.
+pub(crate) fn add_cross_adjoint(
+    features1: MatRef<'_, f64>,
+    features2: MatRef<'_, f64>,
+    weights: &[f64],
+    adjoint: MatRef<'_, f64>,
+    gradient: &mut [f64],
+) {
+    let (n1, n2, p) = (features1.nrows(), features2.nrows(), features1.ncols());
+    assert_eq!((adjoint.nrows(), adjoint.ncols()), (n1, n2));
+    assert_eq!((features2.ncols(), gradient.len()), (p, p));
+
+    // Qᵀφ1: the product with the longer set first leaves the shorter columns.
+    let mut product = Mat::zeros(n2, p); // (n2, p)
+    matmul(
+        product.as_mut(),
+        Accum::Replace,
+        adjoint.transpose(),
+        features1,
+        1.0,
+        Par::Seq,
+    );
+    for_each_column(features2, |col_idx, column| {
+        let quadratic: f64 = (column.iter().zip(product.col_as_slice(col_idx)))
+            .map(|(feature, product)| feature * product)
             .sum();
         gradient[col_idx] += 2.0 * weights[col_idx] * quadratic;
     });
