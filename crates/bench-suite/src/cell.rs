@@ -142,6 +142,12 @@ pub struct FitSummary {
     pub hyperparameters: Vec<f64>,
     /// Hyperparameters that ended on a bound.
     pub bounds_hit: Vec<String>,
+    /// How the matrix of the fit was factorised: dense or certified.
+    pub method: String,
+    /// Rank of that factor.
+    pub rank: usize,
+    /// Bound on the error of the log marginal likelihood, in nats.
+    pub error_bound: f64,
     /// Every start, in the order tried.
     pub starts: Vec<StartSummary>,
 }

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use bench_suite::BenchError;
 use bench_suite::regression;
-use bench_suite::report::averages;
+use bench_suite::report::{averages, durations};
 use bench_suite::reproduce::{Reproduction, Request, reproduce};
 use bench_suite::run::Reuse;
 use bench_suite::spec::{Experiment, Profile, Selection};
@@ -86,6 +86,16 @@ fn print(reproduction: &Reproduction) {
             reproduction.outcome.n_missing
         );
     }
+    println!(
+        "{}:\n{}",
+        durations::TITLE,
+        reproduction.durations.to_text()
+    );
+    let seconds = &reproduction.outcome.seconds;
+    println!(
+        "This run: data set {:.1} s, cells {:.1} s.",
+        seconds.data_set, seconds.cells
+    );
     let directory = reproduction.directory.display();
     println!("Report, figure and CSV files: {directory}/report.md");
 }

@@ -1,7 +1,9 @@
 //! The four models of section 3.4, fitted to raw covariates (no standardisation, as in the chapter).
 
 use faer::MatRef;
-use gp_core::{BayesLinear, Fit, FitOptions, LinearForm, StartKind, StartReport, StopReason};
+use gp_core::{
+    BayesLinear, Fit, FitOptions, LinearForm, MethodUsed, StartKind, StartReport, StopReason,
+};
 use kernels::{Covariance, TorqueForm};
 
 use crate::cell::{FitSummary, ModelKind, StartSummary};
@@ -65,6 +67,9 @@ impl Fitted {
             noise_std: fit.noise_std(),
             hyperparameters: fit.covariance().params(),
             bounds_hit: fit.report.bounds_hit.clone(),
+            method: method_name(fit.report.method).to_string(),
+            rank: fit.report.rank,
+            error_bound: fit.report.error_bound,
             starts: fit.report.starts.iter().map(start_summary).collect(),
         })
     }
@@ -88,6 +93,14 @@ fn start_name(kind: StartKind) -> &'static str {
         StartKind::TypicalPairsLowNoise => "lengths-x-sqrt-3l-low-noise",
         StartKind::Given => "given",
         _ => "other",
+    }
+}
+
+/// Name of the way the likelihood was computed.
+fn method_name(method: MethodUsed) -> &'static str {
+    match method {
+        MethodUsed::Dense => "dense",
+        MethodUsed::Certified => "certified",
     }
 }
 

@@ -9,7 +9,7 @@ use crate::manifest::Manifest;
 use crate::report::averages::{self, Averages};
 use crate::report::markdown::Page;
 use crate::report::text_table::TextTable;
-use crate::report::{fig07, fig08, findings, records_csv, table3};
+use crate::report::{durations, fig07, fig08, findings, records_csv, table3};
 use crate::run::{Reuse, RunOutcome, run};
 use crate::spec::{Experiment, Profile, Scope, Selection};
 use crate::store::{MEASURED_BY, Store, write_atomically};
@@ -40,6 +40,8 @@ pub struct Reproduction {
     pub directory: PathBuf,
     /// Table 3, if it was among the experiments.
     pub table3: Option<TextTable>,
+    /// Thread-seconds by model and size.
+    pub durations: TextTable,
     /// Findings for the terminal, under their headings.
     pub findings: Vec<(String, Vec<String>)>,
     /// The run behind it.
@@ -74,6 +76,7 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     Ok(Reproduction {
         directory: files.write(&request.output, &name)?,
         table3: table,
+        durations: durations::by_model_and_size(&outcome.records),
         findings: found,
         outcome,
         averages,
@@ -129,6 +132,9 @@ fn report(
     }
     page.section("Where extrap is less than ten times harder than interp");
     page.list(&findings::extrap_is_harder(averages), "Nowhere.");
+    let durations = durations::by_model_and_size(&outcome.records);
+    page.section(durations::TITLE);
+    page.table(&durations);
     page.section("Every average");
     page.table(&table3::all_averages(averages));
 

@@ -70,7 +70,7 @@ impl Store {
 /// Everything that a cell's numbers depend on.
 fn key(cell: &Cell) -> String {
     format!(
-        "format 1; measured by {MEASURED_BY}; seed {}; load c{}; joint {}; model {}; n {}",
+        "format 2; measured by {MEASURED_BY}; seed {}; load c{}; joint {}; model {}; n {}",
         cell.seed,
         cell.load,
         cell.joint,
@@ -120,6 +120,9 @@ mod tests {
                 noise_std: 0.01,
                 hyperparameters: vec![1.0, 1.0 / 3.0],
                 bounds_hit: vec!["noise_std".into()],
+                method: "dense".into(),
+                rank: 170,
+                error_bound: 1e-9,
                 starts: vec![StartSummary {
                     name: "eq22".into(),
                     log_marginal_likelihood: f64::NEG_INFINITY,

@@ -1,6 +1,7 @@
 //! Tables, pictures and findings, made from records alone: nothing here knows a model.
 
 pub mod averages;
+pub mod durations;
 pub mod fig07;
 pub mod fig08;
 pub mod findings;

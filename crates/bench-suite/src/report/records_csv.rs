@@ -4,7 +4,7 @@ use crate::cell::{CellRecord, FitSummary, TestSet};
 
 /// Results, the same text for the same cells whatever the machine's load or number of threads.
 pub fn cells(records: &[CellRecord]) -> String {
-    let header = "joint,load,model,n,set,nmse,log_marginal_likelihood,start,stop,iterations,evaluations,noise_std\n";
+    let header = "joint,load,model,n,set,nmse,log_marginal_likelihood,start,stop,iterations,evaluations,noise_std,method,rank,error_bound\n";
     let mut text = String::from(header);
     for record in in_table_order(records) {
         let fit = record.fit.as_ref().map_or_else(no_fit, fit_columns);
@@ -47,13 +47,16 @@ fn fit_columns(fit: &FitSummary) -> String {
         fit.iterations.to_string(),
         fit.evaluations.to_string(),
         format!("{:e}", fit.noise_std),
+        fit.method.clone(),
+        fit.rank.to_string(),
+        format!("{:e}", fit.error_bound),
     ]
     .join(",")
 }
 
 /// Empty columns of a model without hyperparameters.
 fn no_fit() -> String {
-    ",".repeat(5)
+    ",".repeat(8)
 }
 
 fn in_table_order(records: &[CellRecord]) -> Vec<&CellRecord> {
@@ -76,8 +79,8 @@ mod tests {
         ];
         let text = cells(&records);
         let rows: Vec<&str> = text.lines().collect();
-        assert_eq!(rows[1], "1,c12,LRc,20,interp,5e-1,,,,,,");
-        assert_eq!(rows[4], "3,c1,LRc,20,extrap,2.5e0,,,,,,");
+        assert_eq!(rows[1], "1,c12,LRc,20,interp,5e-1,,,,,,,,,");
+        assert_eq!(rows[4], "3,c1,LRc,20,extrap,2.5e0,,,,,,,,,");
         let columns = |row: &str| row.matches(',').count();
         assert!(
             rows.iter().all(|row| columns(row) == columns(rows[0])),
