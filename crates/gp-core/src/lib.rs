@@ -8,6 +8,7 @@ mod fit;
 mod fit_report;
 mod init;
 mod log_marginal;
+mod model;
 pub mod optimize;
 mod posterior;
 
@@ -19,6 +20,10 @@ pub use fit_report::{FitReport, StartReport};
 pub use init::{StartKind, StartPoint, chapter_start, varied_start};
 pub use log_marginal::{
     LogMarginal, log_marginal_likelihood, log_marginal_likelihood_with_gradient,
+};
+pub use model::{
+    FORMAT_VERSION, FitSummary, JointModel, JointPrediction, ModelFileError, ModelKind, Predictor,
+    PredictorScratch, ProcessModel, Provenance, TorqueModel, TrainingRanges,
 };
 pub use optimize::StopReason;
 pub use posterior::{Posterior, Prediction};
