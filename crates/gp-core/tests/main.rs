@@ -6,12 +6,16 @@
     reason = "values worked by hand are exact in binary"
 )]
 
+mod allocations;
 mod eq_04;
 mod eq_08;
 mod eq_09;
 mod eq_22;
 mod failures;
 mod fixture;
+mod model_file;
 mod optimizer;
+mod predictor;
 mod recovery;
 mod samples;
+mod torque_models;

@@ -1,9 +1,14 @@
 //! What is learned for a robot: one torque model per joint, its file, and its predictor for a control loop.
 
+mod dot;
 mod file;
 mod joint_model;
+mod linear_predictor;
+mod packed_lower;
 mod predictor;
+mod process_predictor;
 mod provenance;
+mod record;
 mod torque_model;
 mod training_ranges;
 
