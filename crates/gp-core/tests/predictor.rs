@@ -156,7 +156,7 @@ fn states_of_any_size_never_panic_and_are_never_taken_for_certain() {
         predictor
             .predict_into(&mut scratch, &x, &mut mean, &mut var)
             .unwrap();
-        assert!(var.iter().all(|var| !(*var <= 0.0)), "{size}: {var:?}");
+        assert!(var.iter().all(|var| *var > 0.0 || var.is_nan()), "{size}: {var:?}");
     }
     // A call after an overflow is not touched by it.
     let x = [0.1; 3 * N_JOINTS];
