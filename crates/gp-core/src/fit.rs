@@ -5,11 +5,12 @@ use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueForm};
 
 use crate::data::{joints_of, require_training_data};
 use crate::error::GpError;
+use crate::evidence::LikelihoodOptions;
+use crate::fit_posterior::FitPosterior;
 use crate::fit_report::{FitReport, StartReport};
 use crate::init::{StartKind, StartPoint, chapter_start, varied_start};
 use crate::log_marginal::LogMarginal;
 use crate::optimize::{MinimizeOptions, Minimum, Reparametrised, minimize};
-use crate::posterior::Posterior;
 
 // DEVIATION(sec. 3): the chapter's search has no such limit.
 /// Points of a search whose likelihood may be wrong by more nats than this are not entered.
@@ -55,6 +56,8 @@ pub struct FitOptions {
     pub gradient_tolerance: f64,
     /// Stalled when an iteration gains less than this, in nats.
     pub value_tolerance: f64,
+    /// How each likelihood is computed.
+    pub likelihood: LikelihoodOptions,
 }
 
 impl FitOptions {
@@ -65,6 +68,7 @@ impl FitOptions {
             max_evaluations: 300,
             gradient_tolerance: 1e-3,
             value_tolerance: 1e-5,
+            likelihood: LikelihoodOptions::automatic(),
         }
     }
 
@@ -81,7 +85,7 @@ impl FitOptions {
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// The process with the hyperparameters found, conditioned on the data.
-    pub posterior: Posterior<TorqueCovariance>,
+    pub posterior: FitPosterior,
     /// How the hyperparameters were found.
     pub report: FitReport,
 }
@@ -144,7 +148,7 @@ pub fn fit_from(
         });
     }
 
-    let mut evidence = LogMarginal::new(x, targets);
+    let mut evidence = LogMarginal::new(x, targets, options.likelihood);
     let ends: Vec<SearchEnd> = (starts.iter())
         .map(|start| search(&mut evidence, start, options))
         .collect();
@@ -156,13 +160,17 @@ pub fn fit_from(
     let (theta, noise_std) = split_noise(&ends[winner].theta);
     covariance.set_params(theta);
     let layout = fit_layout(&covariance);
-    let posterior = Posterior::new(covariance, noise_std, x, targets)?;
+    let (posterior, error_bound) =
+        FitPosterior::with_error_bound(covariance, noise_std, x, targets, options.likelihood)?;
     let report = FitReport {
         log_marginal: ends[winner].report.log_marginal,
         winner,
         bounds_hit: bounds_hit(&layout, &ends[winner].theta),
         jitter_added: 0.0,
-        condition_lower_bound: posterior.factor().condition_lower_bound(),
+        method: posterior.method(),
+        rank: posterior.rank(),
+        error_bound,
+        condition_lower_bound: posterior.condition_lower_bound(),
         seconds: None,
         starts: ends.into_iter().map(|end| end.report).collect(),
     };
@@ -191,7 +199,8 @@ fn search(evidence: &mut LogMarginal<'_>, start: &StartPoint, options: &FitOptio
         if rounding_bound(&covariance, noise_std, evidence.x()) > MAX_ROUNDING {
             return f64::INFINITY;
         }
-        let outcome = evidence.value_and_gradient(&covariance, noise_std, gradient);
+        let outcome = (evidence.evaluate(&covariance, noise_std, gradient))
+            .map(|evaluation| evaluation.log_marginal_likelihood);
         if std::mem::take(&mut is_first) {
             initial_log_marginal = outcome.as_ref().ok().copied();
         }

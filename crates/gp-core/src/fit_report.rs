@@ -1,5 +1,6 @@
 //! What a fit says of itself: its starts, their likelihoods, and the help it needed.
 
+use crate::evidence::MethodUsed;
 use crate::init::StartKind;
 use crate::optimize::StopReason;
 
@@ -37,6 +38,12 @@ pub struct FitReport {
     pub bounds_hit: Vec<String>,
     /// What was added to the diagonal beyond σ²: always 0 here, as nothing ever is.
     pub jitter_added: f64,
+    /// How the matrix of the fit was factorised.
+    pub method: MethodUsed,
+    /// Rank of that factor: the number of samples if dense.
+    pub rank: usize,
+    /// Bound on the error of the log marginal likelihood at the hyperparameters found, in nats.
+    pub error_bound: f64,
     /// A lower bound on the condition number of K + σ²I.
     pub condition_lower_bound: f64,
     /// Wall-clock seconds; the library has no clock, so only a caller fills it.

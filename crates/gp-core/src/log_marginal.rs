@@ -1,13 +1,14 @@
 //! The log marginal likelihood of eq. (8) and its gradient.
 
-use std::f64::consts::PI;
+use faer::MatRef;
+use kernels::Covariance;
 
-use faer::{Mat, MatRef};
-use kernels::{Covariance, Jitter};
-
-use crate::cholesky::Factor;
 use crate::data::{require_noise, require_training_data};
+use crate::dense::Dense;
 use crate::error::GpError;
+use crate::evidence::{Evaluation, LikelihoodOptions, Method, MethodUsed};
+use crate::low_rank::LowRank;
+use crate::pivoted::{Extent, PivotedCholesky};
 
 /// Log marginal likelihood of the targets under a zero-mean Gaussian process.
 ///
@@ -32,7 +33,7 @@ pub fn log_marginal_likelihood<C: Covariance>(
 ) -> Result<f64, GpError> {
     require_training_data(x, targets, 1)?;
     require_noise(noise_std)?;
-    LogMarginal::new(x, targets).value(covariance, noise_std)
+    LogMarginal::new(x, targets, LikelihoodOptions::dense()).value(covariance, noise_std)
 }
 
 /// Log marginal likelihood and its gradient with respect to every hyperparameter.
@@ -57,20 +58,44 @@ pub fn log_marginal_likelihood_with_gradient<C: Covariance>(
     require_training_data(x, targets, 1)?;
     require_noise(noise_std)?;
     let mut gradient = vec![0.0; covariance.n_params() + 1];
-    let value =
-        LogMarginal::new(x, targets).value_and_gradient(covariance, noise_std, &mut gradient)?;
-    Ok((value, gradient))
+    let evaluation = LogMarginal::new(x, targets, LikelihoodOptions::dense()).evaluate(
+        covariance,
+        noise_std,
+        &mut gradient,
+    )?;
+    Ok((evaluation.log_marginal_likelihood, gradient))
 }
+
+/// n below which the automatic choice is always dense.
+///
+/// Measured: with fewer samples the factorisation takes less time than the search for pivots.
+const SMALLEST: usize = 128;
+
+/// Part of n beyond which the automatic choice takes the dense path.
+///
+/// Measured: at n = 1000 and 4000 both paths take equal time there.
+const LARGEST_RANK: f64 = 0.2;
+
+/// Rounds of tightening before a certificate is given up.
+const MAX_ROUNDS: usize = 4;
+
+/// Trimming leaves the trace below this part of its target, so that the next
+/// evaluation does not have to put back what this one dropped.
+const TRIM: f64 = 0.1;
 
 /// Eq. (8) on one data set, with memory that later evaluations use again.
 ///
-/// Peak memory is two (n, n) matrices.
+/// The low-rank path starts from the pivots of the evaluation before, so its value
+/// depends on them, by less than its error bound.
 #[derive(Debug)]
 pub struct LogMarginal<'a> {
     x: MatRef<'a, f64>,
     targets: &'a [f64],
-    gram: Mat<f64>,
-    scratch: Mat<f64>,
+    options: LikelihoodOptions,
+    dense: Dense,
+    pivots: Vec<usize>,
+    /// σ² max(1/σ², |α̂|²) of the evaluation before.
+    sensitivity: f64,
 }
 
 impl<'a> LogMarginal<'a> {
@@ -78,13 +103,15 @@ impl<'a> LogMarginal<'a> {
     ///
     /// # Panics
     /// If there is not one target per row of `x`.
-    pub fn new(x: MatRef<'a, f64>, targets: &'a [f64]) -> Self {
+    pub fn new(x: MatRef<'a, f64>, targets: &'a [f64], options: LikelihoodOptions) -> Self {
         assert_eq!(x.nrows(), targets.len());
         Self {
             x,
             targets,
-            gram: Mat::new(),
-            scratch: Mat::new(),
+            options,
+            dense: Dense::new(),
+            pivots: Vec::new(),
+            sensitivity: 1.0,
         }
     }
 
@@ -93,16 +120,14 @@ impl<'a> LogMarginal<'a> {
         self.x
     }
 
-    /// The value of eq. (8).
+    /// The value of eq. (8), always by the dense path.
     ///
     /// # Errors
     /// [`GpError::NotPositiveDefinite`] or [`GpError::NonFiniteLikelihood`].
     pub fn value<C: Covariance>(&mut self, covariance: &C, noise_std: f64) -> Result<f64, GpError> {
-        let factor = self.factorise(covariance, noise_std)?;
-        let (quadratic, _) = factor.quadratic_form_and_solve(self.targets);
-        let value = log_density(quadratic, &factor);
-        self.gram = factor.into_buffer();
-        self.require_finite(value)
+        let dense = (self.dense).value(covariance, noise_std, self.x, self.targets)?;
+        self.require_finite(dense.value)?;
+        Ok(dense.value)
     }
 
     /// The value of eq. (8) and its gradient with respect to (θ, σ).
@@ -111,76 +136,107 @@ impl<'a> LogMarginal<'a> {
     /// [`GpError::NotPositiveDefinite`] or [`GpError::NonFiniteLikelihood`].
     /// # Panics
     /// If `gradient` does not have one entry per hyperparameter and one for σ.
-    pub fn value_and_gradient<C: Covariance>(
+    pub fn evaluate<C: Covariance>(
         &mut self,
         covariance: &C,
         noise_std: f64,
         gradient: &mut [f64],
-    ) -> Result<f64, GpError> {
-        let n_params = covariance.n_params();
-        assert_eq!(gradient.len(), n_params + 1);
-        let factor = self.factorise(covariance, noise_std)?;
-        let (quadratic, alpha) = factor.quadratic_form_and_solve(self.targets);
-        let value = log_density(quadratic, &factor);
-
-        let n = self.targets.len();
-        if self.scratch.nrows() != n {
-            self.scratch = Mat::zeros(n, n);
-        }
-        let mut adjoint = factor.into_inverse(&mut self.scratch); // (n, n), lower
-        half_outer_minus_half(&mut adjoint, &alpha);
-
-        gradient.fill(0.0);
-        let (of_theta, of_noise) = gradient.split_at_mut(n_params);
-        covariance.gram_adjoint(self.x, adjoint.as_ref(), of_theta);
-        Jitter::new(noise_std)?.gram_adjoint(self.x, adjoint.as_ref(), of_noise);
-        self.gram = adjoint;
-
-        let gradient_sum: f64 = gradient.iter().sum();
-        self.require_finite(gradient_sum)?;
-        self.require_finite(value)
+    ) -> Result<Evaluation, GpError> {
+        let evaluation = match self.low_rank(covariance, noise_std)? {
+            Some(low_rank) => {
+                low_rank.gradient(covariance, self.x, gradient);
+                Evaluation {
+                    log_marginal_likelihood: low_rank.log_marginal(),
+                    error_bound: low_rank.error_bound(),
+                    method: MethodUsed::Certified,
+                    rank: low_rank.pivoted().rank(),
+                }
+            }
+            None => {
+                let (x, targets) = (self.x, self.targets);
+                let dense =
+                    (self.dense).value_and_gradient(covariance, noise_std, x, targets, gradient)?;
+                Evaluation {
+                    log_marginal_likelihood: dense.value,
+                    error_bound: dense.rounding,
+                    method: MethodUsed::Dense,
+                    rank: self.targets.len(),
+                }
+            }
+        };
+        self.require_finite(gradient.iter().sum())?;
+        self.require_finite(evaluation.log_marginal_likelihood)?;
+        Ok(evaluation)
     }
 
-    /// The factor of K = c(X, X) + σ²I, in the memory of `gram`.
-    fn factorise<C: Covariance>(
+    /// The low-rank process, or `None` where the dense path is asked for or pays.
+    ///
+    /// # Errors
+    /// [`GpError::NotPositiveDefinite`] if the low-rank path was asked for and broke down.
+    pub(crate) fn low_rank<C: Covariance>(
         &mut self,
         covariance: &C,
         noise_std: f64,
-    ) -> Result<Factor, GpError> {
+    ) -> Result<Option<LowRank>, GpError> {
         let n = self.targets.len();
-        let mut gram = std::mem::replace(&mut self.gram, Mat::new());
-        if gram.nrows() == n {
-            gram.fill(0.0);
-        } else {
-            gram = Mat::zeros(n, n);
+        let max_rank = match self.options.method {
+            Method::Dense => return Ok(None),
+            Method::Automatic if n < SMALLEST => return Ok(None),
+            // A fraction of a count: the rounding down is meant.
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "n is positive and far below 2^52"
+            )]
+            Method::Automatic => (LARGEST_RANK * n as f64) as usize,
+            Method::Certified => n,
+        };
+        match self.certified(covariance, noise_std, max_rank) {
+            Err(_) if self.options.method == Method::Automatic => Ok(None),
+            outcome => outcome,
         }
-        covariance.add_gram(self.x, gram.as_mut());
-        Jitter::new(noise_std)?.add_gram(self.x, gram.as_mut());
-        Factor::new(gram)
     }
 
-    fn require_finite(&self, value: f64) -> Result<f64, GpError> {
+    /// The process at the rank that the certificate needs; `None` beyond `max_rank`.
+    fn certified<C: Covariance>(
+        &mut self,
+        covariance: &C,
+        noise_std: f64,
+        max_rank: usize,
+    ) -> Result<Option<LowRank>, GpError> {
+        let (x, noise_var) = (self.x, noise_std * noise_std);
+        let trace_for = |sensitivity: f64| 2.0 * self.options.certificate / sensitivity;
+        let mut target = trace_for(self.sensitivity / noise_var);
+        let mut pivoted = PivotedCholesky::empty(covariance, x);
+        pivoted.seed(covariance, x, &self.pivots);
+        for round in 0..MAX_ROUNDS {
+            let extent = pivoted.extend(covariance, x, target, max_rank);
+            self.pivots = pivoted.pivots().to_vec();
+            if extent == Extent::RankLimit && max_rank < x.nrows() {
+                return Ok(None);
+            }
+            if round == 0 {
+                pivoted.trim(TRIM * target);
+                self.pivots = pivoted.pivots().to_vec();
+            }
+            let low_rank = LowRank::new(pivoted, noise_std, self.targets)?;
+            self.sensitivity = noise_var * low_rank.sensitivity();
+            let is_certified = low_rank.truncation_bound() <= self.options.certificate;
+            if is_certified || extent != Extent::Reached || round + 1 == MAX_ROUNDS {
+                return Ok(Some(low_rank));
+            }
+            target = 0.5 * trace_for(low_rank.sensitivity());
+            pivoted = low_rank.into_pivoted();
+        }
+        Ok(None)
+    }
+
+    fn require_finite(&self, value: f64) -> Result<(), GpError> {
         if value.is_finite() {
-            return Ok(value);
+            return Ok(());
         }
         Err(GpError::NonFiniteLikelihood {
             n_samples: self.targets.len(),
         })
-    }
-}
-
-/// −½ tᵀK⁻¹t − ½ log|K| − ½ n log 2π.
-fn log_density(quadratic: f64, factor: &Factor) -> f64 {
-    let n = factor.order() as f64;
-    -0.5 * quadratic - 0.5 * factor.log_det() - 0.5 * n * (2.0 * PI).ln()
-}
-
-/// Turns the lower triangle of K⁻¹ into that of ½(αα′ − K⁻¹).
-fn half_outer_minus_half(inverse: &mut Mat<f64>, alpha: &[f64]) {
-    for (col, alpha_col) in alpha.iter().enumerate() {
-        let column = &mut inverse.col_as_slice_mut(col)[col..];
-        for (entry, alpha_row) in column.iter_mut().zip(&alpha[col..]) {
-            *entry = 0.5 * (alpha_row * alpha_col - *entry);
-        }
     }
 }

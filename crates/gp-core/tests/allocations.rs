@@ -1,8 +1,9 @@
 //! A call of the predictor allocates nothing.
 
 use allocation_counter::measure;
+use gp_core::TorqueModel;
 
-use crate::torque_models::{N_JOINTS, all_kinds};
+use crate::torque_models::{N_JOINTS, all_kinds, low_rank};
 
 #[test]
 fn the_counter_counts() {
@@ -12,9 +13,16 @@ fn the_counter_counts() {
 
 #[test]
 fn predicting_one_state_allocates_nothing_whatever_the_state() {
-    let predictor = all_kinds(120).predictor();
+    for model in [all_kinds(120), low_rank(400)] {
+        no_allocation(&model);
+    }
+}
+
+fn no_allocation(model: &TorqueModel) {
+    let predictor = model.predictor();
     let mut scratch = predictor.scratch();
-    let (mut mean, mut var) = ([0.0; N_JOINTS], [0.0; N_JOINTS]);
+    let n_learned = predictor.n_learned();
+    let (mut mean, mut var) = (vec![0.0; n_learned], vec![0.0; n_learned]);
     let report = measure(|| {
         for value in [0.1, -1.0, 1e200, f64::NAN] {
             let x = [value; 3 * N_JOINTS];

@@ -7,12 +7,15 @@
 )]
 
 mod allocations;
+mod certified;
+mod curves;
 mod eq_04;
 mod eq_08;
 mod eq_09;
 mod eq_22;
 mod failures;
 mod fixture;
+mod low_rank_posterior;
 mod model_file;
 mod optimizer;
 mod predictor;

@@ -6,13 +6,18 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::samples::uniform_inputs;
-use crate::torque_models::{N_JOINTS, all_kinds, linear, names, provenance, ranges};
+use crate::torque_models::{N_JOINTS, all_kinds, linear, low_rank, names, provenance, ranges};
 
 const HEADER: usize = 52;
 
 #[test]
 fn a_loaded_model_is_the_model_and_predicts_bit_for_bit_the_same() {
-    let model = all_kinds(40);
+    for model in [all_kinds(40), low_rank(200)] {
+        round_trip(&model);
+    }
+}
+
+fn round_trip(model: &TorqueModel) {
     let loaded = TorqueModel::from_bytes(&model.to_bytes()).unwrap();
     let x = uniform_inputs(6, 300, 3 * N_JOINTS);
 
@@ -27,7 +32,7 @@ fn a_loaded_model_is_the_model_and_predicts_bit_for_bit_the_same() {
         });
         values.map(|value| value.to_bits()).collect()
     };
-    assert_eq!(bits(&loaded), bits(&model));
+    assert_eq!(bits(&loaded), bits(model));
     assert_eq!(loaded.joint_names(), model.joint_names());
     assert_eq!(loaded.ranges(), model.ranges());
     assert_eq!(loaded.provenance(), model.provenance());

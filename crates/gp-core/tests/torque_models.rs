@@ -2,8 +2,8 @@
 
 use faer::Mat;
 use gp_core::{
-    BayesLinear, FitSummary, JointModel, LinearForm, Posterior, ProcessModel, Provenance,
-    TorqueModel, TrainingRanges,
+    BayesLinear, FitPosterior, FitSummary, JointModel, LikelihoodOptions, LinearForm, Method,
+    ProcessModel, Provenance, TorqueModel, TrainingRanges,
 };
 use kernels::{TorqueCovariance, TorqueForm, TorqueParams};
 
@@ -39,10 +39,15 @@ pub fn torques(x: &Mat<f64>, joint_idx: usize) -> Vec<f64> {
         .collect()
 }
 
-pub fn process(x: &Mat<f64>, joint_idx: usize, form: TorqueForm) -> JointModel {
+pub fn process(x: &Mat<f64>, joint_idx: usize, form: TorqueForm, method: Method) -> JointModel {
     let targets = torques(x, joint_idx);
+    let options = LikelihoodOptions {
+        method,
+        certificate: 1e-4,
+    };
+    let cov = covariance(form);
+    let posterior = FitPosterior::new(cov, 0.05, x.as_ref(), &targets, options).unwrap();
     JointModel::Process(Box::new(ProcessModel {
-        posterior: Posterior::new(covariance(form), 0.05, x.as_ref(), &targets).unwrap(),
         summary: FitSummary {
             log_marginal: -12.5,
             start: "given".to_owned(),
@@ -51,9 +56,10 @@ pub fn process(x: &Mat<f64>, joint_idx: usize, form: TorqueForm) -> JointModel {
             bounds_hit: vec!["linear_std[3]".to_owned()],
             condition_lower_bound: 1e3,
             method: "dense".to_owned(),
-            rank: x.nrows(),
+            rank: posterior.rank(),
             error_bound: Some(1e-3),
         },
+        posterior,
     }))
 }
 
@@ -68,10 +74,29 @@ pub fn all_kinds(n: usize) -> TorqueModel {
     let learned = vec![
         (0, linear(&x, 0, LinearForm::Smooth)),
         (1, linear(&x, 1, LinearForm::Coulomb)),
-        (2, process(&x, 2, TorqueForm::Smooth)),
-        (3, process(&x, 3, TorqueForm::Coulomb)),
+        (2, process(&x, 2, TorqueForm::Smooth, Method::Dense)),
+        (3, process(&x, 3, TorqueForm::Coulomb, Method::Dense)),
     ];
     TorqueModel::new(names(), learned, ranges(&x), provenance()).unwrap()
+}
+
+/// GP¬c and GPc on pivots for joints 0 and 2, from `n` samples on a curve of low rank.
+pub fn low_rank(n: usize) -> TorqueModel {
+    let x = curve(n);
+    let learned = vec![
+        (0, process(&x, 0, TorqueForm::Smooth, Method::Certified)),
+        (2, process(&x, 2, TorqueForm::Coulomb, Method::Certified)),
+    ];
+    TorqueModel::new(names(), learned, ranges(&x), provenance()).unwrap()
+}
+
+/// A closed curve with its rates: each joint swings at its own frequency.
+pub fn curve(n: usize) -> Mat<f64> {
+    Mat::from_fn(n, 3 * N_JOINTS, |row, col| {
+        let rate = 1.0 + 0.5 * (col % N_JOINTS) as f64;
+        let phase = rate * 0.05 * row as f64;
+        [phase.sin(), rate * phase.cos(), -rate * rate * phase.sin()][col / N_JOINTS]
+    })
 }
 
 pub fn names() -> Vec<String> {

@@ -92,4 +92,18 @@ impl Covariance for Constant {
         });
         gradient[0] += 2.0 * self.bias_std * (diagonal + 2.0 * below);
     }
+
+    fn cross_adjoint(
+        &self,
+        x1: MatRef<'_, f64>,
+        x2: MatRef<'_, f64>,
+        adjoint: MatRef<'_, f64>,
+        gradient: &mut [f64],
+    ) {
+        assert_eq!((adjoint.nrows(), adjoint.ncols()), (x1.nrows(), x2.nrows()));
+        assert_eq!(gradient.len(), 1);
+        for_each_column(adjoint, |_, column| {
+            gradient[0] += 2.0 * self.bias_std * column.iter().sum::<f64>();
+        });
+    }
 }

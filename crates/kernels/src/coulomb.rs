@@ -95,4 +95,21 @@ impl Covariance for Coulomb {
     fn gram_adjoint(&self, x: MatRef<'_, f64>, adjoint: MatRef<'_, f64>, gradient: &mut [f64]) {
         features::add_adjoint(self.signs(x).as_ref(), &self.coulomb_std, adjoint, gradient);
     }
+
+    fn cross_adjoint(
+        &self,
+        x1: MatRef<'_, f64>,
+        x2: MatRef<'_, f64>,
+        adjoint: MatRef<'_, f64>,
+        gradient: &mut [f64],
+    ) {
+        let (signs1, signs2) = (self.signs(x1), self.signs(x2));
+        features::add_cross_adjoint(
+            signs1.as_ref(),
+            signs2.as_ref(),
+            &self.coulomb_std,
+            adjoint,
+            gradient,
+        );
+    }
 }

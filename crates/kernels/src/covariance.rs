@@ -67,6 +67,24 @@ pub trait Covariance: Send + Sync {
     /// On other shapes.
     fn gram_adjoint(&self, x: MatRef<'_, f64>, adjoint: MatRef<'_, f64>, gradient: &mut [f64]);
 
+    /// Adds the gradient of a weighted sum of the covariances between two sets of inputs.
+    ///
+    /// ```text
+    /// gradient_i += Σ_ab Q_ab ∂c(x1_a, x2_b)/∂θ_i
+    /// ```
+    /// # Shapes
+    /// `x1` (n1, d), `x2` (n2, d), `adjoint` Q (n1, n2), which need not be symmetric.
+    /// `gradient` has one entry per hyperparameter, in θ order.
+    /// # Panics
+    /// On other shapes.
+    fn cross_adjoint(
+        &self,
+        x1: MatRef<'_, f64>,
+        x2: MatRef<'_, f64>,
+        adjoint: MatRef<'_, f64>,
+        gradient: &mut [f64],
+    );
+
     /// Number of hyperparameters.
     fn n_params(&self) -> usize {
         self.params().len()

@@ -97,3 +97,33 @@ pub(crate) fn add_adjoint(
         gradient[col_idx] += 2.0 * weights[col_idx] * quadratic;
     });
 }
+
+/// Adds Σ_ab Q_ab ∂K_ab/∂w_j = 2 w_j φ1_jᵀ Q φ2_j to `gradient`.
+pub(crate) fn add_cross_adjoint(
+    features1: MatRef<'_, f64>,
+    features2: MatRef<'_, f64>,
+    weights: &[f64],
+    adjoint: MatRef<'_, f64>,
+    gradient: &mut [f64],
+) {
+    let (n1, n2, p) = (features1.nrows(), features2.nrows(), features1.ncols());
+    assert_eq!((adjoint.nrows(), adjoint.ncols()), (n1, n2));
+    assert_eq!((features2.ncols(), gradient.len()), (p, p));
+
+    // Qᵀφ1: the product with the longer set first leaves the shorter columns.
+    let mut product = Mat::zeros(n2, p); // (n2, p)
+    matmul(
+        product.as_mut(),
+        Accum::Replace,
+        adjoint.transpose(),
+        features1,
+        1.0,
+        Par::Seq,
+    );
+    for_each_column(features2, |col_idx, column| {
+        let quadratic: f64 = (column.iter().zip(product.col_as_slice(col_idx)))
+            .map(|(feature, product)| feature * product)
+            .sum();
+        gradient[col_idx] += 2.0 * weights[col_idx] * quadratic;
+    });
+}

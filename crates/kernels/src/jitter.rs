@@ -82,4 +82,15 @@ impl Covariance for Jitter {
         let trace: f64 = (0..x.nrows()).map(|idx| adjoint[(idx, idx)]).sum();
         gradient[0] += 2.0 * self.noise_std * trace;
     }
+
+    fn cross_adjoint(
+        &self,
+        x1: MatRef<'_, f64>,
+        x2: MatRef<'_, f64>,
+        adjoint: MatRef<'_, f64>,
+        gradient: &mut [f64],
+    ) {
+        assert_eq!((adjoint.nrows(), adjoint.ncols()), (x1.nrows(), x2.nrows()));
+        assert_eq!(gradient.len(), 1);
+    }
 }

@@ -11,6 +11,7 @@ mod linear_ard;
 mod params;
 mod positive;
 mod se_ard;
+mod se_ard_adjoint;
 mod sum;
 mod torque;
 mod vector_exp;

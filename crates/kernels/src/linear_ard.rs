@@ -74,4 +74,16 @@ impl Covariance for LinearArd {
         assert_eq!(x.ncols(), self.linear_std.len());
         features::add_adjoint(x, &self.linear_std, adjoint, gradient);
     }
+
+    fn cross_adjoint(
+        &self,
+        x1: MatRef<'_, f64>,
+        x2: MatRef<'_, f64>,
+        adjoint: MatRef<'_, f64>,
+        gradient: &mut [f64],
+    ) {
+        assert_eq!(x1.ncols(), self.linear_std.len());
+        assert_eq!(x2.ncols(), self.linear_std.len());
+        features::add_cross_adjoint(x1, x2, &self.linear_std, adjoint, gradient);
+    }
 }

@@ -19,10 +19,11 @@ use crate::covariance::Covariance;
 use crate::error::KernelError;
 use crate::params::{ParamLayout, Transform};
 use crate::positive::require_positive;
+use crate::se_ard_adjoint::{CrossSums, LowerSums};
 use crate::vector_exp::exp_in_place;
 
 /// Columns of the Gram matrix that are worked on together: their block stays in cache.
-const BLOCK: usize = 64;
+pub(crate) const BLOCK: usize = 64;
 
 /// Covariance of a smooth function.
 ///
@@ -40,9 +41,9 @@ pub struct SeArd {
 }
 
 /// Inputs centred and divided by the length scales, with their squared norms.
-struct Scaled {
-    z: Mat<f64>,        // (n, d)
-    sq_norms: Vec<f64>, // (n,)
+pub(crate) struct Scaled {
+    pub z: Mat<f64>,        // (n, d)
+    pub sq_norms: Vec<f64>, // (n,)
 }
 
 impl SeArd {
@@ -98,7 +99,7 @@ fn column_means(x: MatRef<'_, f64>) -> Vec<f64> {
 ///
 /// # Shapes
 /// `out` (rows_a.len(), rows_b.len()), contiguous columns.
-fn correlations(
+pub(crate) fn correlations(
     a: &Scaled,
     rows_a: std::ops::Range<usize>,
     b: &Scaled,
@@ -236,7 +237,7 @@ impl Covariance for SeArd {
         assert_eq!((adjoint.nrows(), adjoint.ncols()), (n, n));
         assert_eq!(gradient.len(), 1 + d);
         let scaled = self.scaled(x, &column_means(x));
-        let mut sums = AdjointSums::new(n, d);
+        let mut sums = LowerSums::new(n, d);
         for_each_lower_block(&scaled, |first, block| {
             sums.add_block(&scaled.z, adjoint, first, block);
         });
@@ -250,69 +251,28 @@ impl Covariance for SeArd {
             gradient[1 + j] += 2.0 * signal_var / length_scale * (squares - 2.0 * sums.products[j]);
         }
     }
-}
 
-/// Sums over the strictly lower triangle of W = Q ∘ E, gathered block by block.
-struct AdjointSums {
-    diagonal: f64,      // Σ_a W_aa
-    below: f64,         // Σ_{a>b} W_ab
-    weights: Vec<f64>,  // (n,) row sum plus column sum of the strictly lower W
-    products: Vec<f64>, // (d,) Σ_{a>b} W_ab z_aj z_bj
-    wz: Mat<f64>,       // (BLOCK, d) scratch
-}
-
-impl AdjointSums {
-    fn new(n: usize, d: usize) -> Self {
-        Self {
-            diagonal: 0.0,
-            below: 0.0,
-            weights: vec![0.0; n],
-            products: vec![0.0; d],
-            wz: Mat::zeros(BLOCK, d),
-        }
-    }
-
-    /// Adds the columns `first..` whose correlations `block` holds, and overwrites it with W.
-    fn add_block(
-        &mut self,
-        z: &Mat<f64>,
+    /// ```text
+    /// W = Q ∘ E
+    /// Σ_ab Q_ab ∂c_ab/∂l_j = v²/l_j Σ_ab W_ab (z1_aj − z2_bj)²
+    /// ```
+    fn cross_adjoint(
+        &self,
+        x1: MatRef<'_, f64>,
+        x2: MatRef<'_, f64>,
         adjoint: MatRef<'_, f64>,
-        first: usize,
-        mut block: MatMut<'_, f64>,
+        gradient: &mut [f64],
     ) {
-        let (n_rows, width) = (block.nrows(), block.ncols());
-        let q = adjoint.submatrix(first, first, n_rows, width);
-        for_each_column(q, |k, q_column| {
-            let w = column_mut(&mut block, k);
-            self.diagonal += q_column[k] * w[k];
-            w[..=k].fill(0.0);
-            let mut column_sum = 0.0;
-            let below = w[k + 1..].iter_mut().zip(&q_column[k + 1..]);
-            for ((w, q), weight) in below.zip(&mut self.weights[first + k + 1..]) {
-                *w *= q;
-                *weight += *w;
-                column_sum += *w;
-            }
-            self.weights[first + k] += column_sum;
-            self.below += column_sum;
-        });
+        assert_eq!((adjoint.nrows(), adjoint.ncols()), (x1.nrows(), x2.nrows()));
+        assert_eq!(gradient.len(), 1 + x1.ncols());
+        let centre = column_means(x1);
+        let (scaled1, scaled2) = (self.scaled(x1, &centre), self.scaled(x2, &centre));
+        let sums = CrossSums::new(&scaled1, &scaled2, adjoint);
 
-        // Rows of WᵀZ for this block's columns, then Σ_b z_bj (WᵀZ)_bj.
-        let z_rows = z.as_ref().subrows(first, n_rows);
-        let mut wz = self.wz.as_mut().subrows_mut(0, width); // (width, d)
-        matmul(
-            wz.as_mut(),
-            Accum::Replace,
-            block.transpose(),
-            z_rows,
-            1.0,
-            Par::Seq,
-        );
-        for (j, product) in self.products.iter_mut().enumerate() {
-            let z_block = &z.col_as_slice(j)[first..first + width];
-            *product += (z_block.iter().zip(column_mut(&mut wz, j).iter()))
-                .map(|(z, wz)| z * wz)
-                .sum::<f64>();
+        let signal_var = self.signal_std * self.signal_std;
+        gradient[0] += 2.0 * self.signal_std * sums.total;
+        for (j, length_scale) in self.length_scales.iter().enumerate() {
+            gradient[1 + j] += signal_var / length_scale * sums.squares[j];
         }
     }
 }

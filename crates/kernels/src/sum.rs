@@ -74,6 +74,18 @@ impl<A: Covariance, B: Covariance> Covariance for Sum<A, B> {
         self.second.gram_adjoint(x, adjoint, second);
     }
 
+    fn cross_adjoint(
+        &self,
+        x1: MatRef<'_, f64>,
+        x2: MatRef<'_, f64>,
+        adjoint: MatRef<'_, f64>,
+        gradient: &mut [f64],
+    ) {
+        let (first, second) = gradient.split_at_mut(self.first.n_params());
+        self.first.cross_adjoint(x1, x2, adjoint, first);
+        self.second.cross_adjoint(x1, x2, adjoint, second);
+    }
+
     fn n_params(&self) -> usize {
         self.first.n_params() + self.second.n_params()
     }

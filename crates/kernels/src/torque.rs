@@ -210,4 +210,18 @@ impl Covariance for TorqueCovariance {
             coulomb.gram_adjoint(x, adjoint, friction);
         }
     }
+
+    fn cross_adjoint(
+        &self,
+        x1: MatRef<'_, f64>,
+        x2: MatRef<'_, f64>,
+        adjoint: MatRef<'_, f64>,
+        gradient: &mut [f64],
+    ) {
+        let (smooth, friction) = gradient.split_at_mut(self.smooth.n_params());
+        self.smooth.cross_adjoint(x1, x2, adjoint, smooth);
+        if let Some(coulomb) = &self.coulomb {
+            coulomb.cross_adjoint(x1, x2, adjoint, friction);
+        }
+    }
 }

@@ -256,6 +256,86 @@ fn adjoint_is_the_gradient_by_central_differences() {
     });
 }
 
+/// Σ_ab Q_ab c(x1_a, x2_b) from the full matrix, and the sum of its terms' sizes.
+fn weighted_cross_sum(
+    cov: &dyn Covariance,
+    x1: &Mat<f64>,
+    x2: &Mat<f64>,
+    q: &Mat<f64>,
+) -> (f64, f64) {
+    let cross = cov.cross(x1.as_ref(), x2.as_ref());
+    let (mut sum, mut size) = (0.0, 0.0);
+    for col in 0..x2.nrows() {
+        for row in 0..x1.nrows() {
+            let term: f64 = q[(row, col)] * cross[(row, col)];
+            sum += term;
+            size += term.abs();
+        }
+    }
+    (sum, size)
+}
+
+#[test]
+fn cross_adjoint_is_the_gradient_by_central_differences() {
+    for_all(|name, cov, x, rng| {
+        // More than one block of columns, and not a multiple.
+        let other = inputs(rng, 70);
+        let mut q = Mat::zeros(x.nrows(), 70);
+        for col in 0..70 {
+            for row in 0..x.nrows() {
+                q[(row, col)] = uniform(rng, -1.0, 1.0);
+            }
+        }
+        let theta = cov.params();
+        let mut gradient = vec![0.0; theta.len()];
+        cov.cross_adjoint(x.as_ref(), other.as_ref(), q.as_ref(), &mut gradient);
+
+        for (idx, &value) in theta.iter().enumerate() {
+            let step = f64::EPSILON.cbrt() * value;
+            let mut at = |shift: f64| {
+                let mut moved = theta.clone();
+                moved[idx] += shift;
+                cov.set_params(&moved);
+                weighted_cross_sum(cov, x, &other, &q)
+            };
+            let ((high, size), (low, _)) = (at(step), at(-step));
+            cov.set_params(&theta);
+            let difference = (high - low) / (2.0 * step);
+            // The same two errors as for the Gram matrix.
+            let rounding = 4e3 * f64::EPSILON * size / step;
+            let truncation = 10.0 * step * step * size / value.powi(3);
+            let error = (gradient[idx] - difference).abs();
+            assert!(
+                error <= rounding + truncation,
+                "{name} n={} parameter {idx}: {} {difference}",
+                x.nrows(),
+                gradient[idx]
+            );
+        }
+    });
+}
+
+#[test]
+fn cross_adjoint_of_a_set_with_itself_is_its_gram_adjoint() {
+    for_all(|name, cov, x, _| {
+        if name == "jitter" {
+            return; // The delta is between observations, not inputs.
+        }
+        let n = x.nrows();
+        let q = Mat::from_fn(n, n, |row, col| 1.0 / (1.0 + row as f64 + col as f64));
+        let mut of_gram = vec![0.0; cov.n_params()];
+        cov.gram_adjoint(x.as_ref(), q.as_ref(), &mut of_gram);
+        let mut of_cross = vec![0.0; cov.n_params()];
+        cov.cross_adjoint(x.as_ref(), x.as_ref(), q.as_ref(), &mut of_cross);
+        let scale = of_gram.iter().fold(0.0, |l: f64, g| l.max(g.abs()));
+        for (a, b) in of_gram.iter().zip(&of_cross) {
+            // Entries to 1e3 ε (see entry_tolerance), magnified by z² ≤ 600 in (z − z′)².
+            let tolerance = 6e5 * f64::EPSILON * scale;
+            assert!((a - b).abs() <= tolerance, "{name}: {a} {b}");
+        }
+    });
+}
+
 #[test]
 fn adjoint_accumulates() {
     for_all(|name, cov, x, _| {

@@ -3,14 +3,16 @@
 use std::fmt;
 
 use faer::MatRef;
-use kernels::{TorqueCovariance, TorqueForm};
+use kernels::TorqueForm;
 
 use crate::bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
 use crate::error::GpError;
+use crate::evidence::MethodUsed;
 use crate::fit::Fit;
+use crate::fit_posterior::FitPosterior;
 use crate::fit_report::FitReport;
 use crate::init::StartKind;
-use crate::posterior::{Posterior, Prediction};
+use crate::posterior::Prediction;
 
 /// The four models of sec. 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,16 +53,16 @@ pub struct FitSummary {
     pub bounds_hit: Vec<String>,
     /// A lower bound on the condition number of K + σ²I.
     pub condition_lower_bound: f64,
-    /// How K was factorised.
+    /// How K was factorised: `dense` or `certified`, the low-rank path.
     pub method: String,
     /// Rank of the factorisation; n for a dense one.
     pub rank: usize,
-    /// Certified bound on the error of the log marginal likelihood, in nats; `None` if there is none.
+    /// Bound on the error of the log marginal likelihood, in nats; `None` if not known.
     pub error_bound: Option<f64>,
 }
 
 impl FitSummary {
-    fn dense(report: &FitReport, n_samples: usize) -> Self {
+    fn of(report: &FitReport) -> Self {
         Self {
             log_marginal: report.log_marginal,
             start: start_name(report.winning_start().kind).to_owned(),
@@ -68,10 +70,17 @@ impl FitSummary {
             evaluations: report.evaluations(),
             bounds_hit: report.bounds_hit.clone(),
             condition_lower_bound: report.condition_lower_bound,
-            method: "dense".to_owned(),
-            rank: n_samples,
-            error_bound: None,
+            method: method_name(report.method).to_owned(),
+            rank: report.rank,
+            error_bound: Some(report.error_bound),
         }
+    }
+}
+
+fn method_name(method: MethodUsed) -> &'static str {
+    match method {
+        MethodUsed::Dense => "dense",
+        MethodUsed::Certified => "certified",
     }
 }
 
@@ -89,7 +98,7 @@ fn start_name(kind: StartKind) -> &'static str {
 #[derive(Debug, Clone)]
 pub struct ProcessModel {
     /// The process, conditioned on the data.
-    pub posterior: Posterior<TorqueCovariance>,
+    pub posterior: FitPosterior,
     /// How its hyperparameters were found.
     pub summary: FitSummary,
 }
@@ -166,7 +175,7 @@ impl From<BayesLinear> for JointModel {
 
 impl From<Fit> for JointModel {
     fn from(fit: Fit) -> Self {
-        let summary = FitSummary::dense(&fit.report, fit.posterior.x().nrows());
+        let summary = FitSummary::of(&fit.report);
         Self::Process(Box::new(ProcessModel {
             posterior: fit.posterior,
             summary,

@@ -15,8 +15,7 @@ use kernels::sgn;
 use crate::error::GpError;
 use crate::model::joint_model::JointModel;
 use crate::model::linear_predictor::LinearPredictor;
-use crate::model::packed_lower::PackedLower;
-use crate::model::process_predictor::{Basis, ProcessPredictor};
+use crate::model::process_predictor::ProcessPredictor;
 use crate::model::torque_model::TorqueModel;
 use crate::model::training_ranges::TrainingRanges;
 
@@ -24,8 +23,8 @@ use crate::model::training_ranges::TrainingRanges;
 ///
 /// One predictor serves any number of threads, each with a scratch of its own.
 /// The results do not depend on the width of the machine's vectors.
-/// A process costs O(r² + rℓ) for r basis points: training points if it was
-/// factorised densely.
+/// A process costs O(r² + rℓ) for r basis points: the pivots of a low-rank factor,
+/// or all training points of a dense one.
 #[derive(Debug, Clone)]
 pub struct Predictor {
     n_joints: usize,
@@ -54,14 +53,7 @@ impl JointPredictor {
         match model {
             JointModel::Linear(linear) => Self::Linear(LinearPredictor::new(linear)),
             JointModel::Process(process) => {
-                let posterior = &process.posterior;
-                Self::Process(Box::new(ProcessPredictor::new(Basis {
-                    covariance: posterior.covariance(),
-                    points: posterior.x(),
-                    weights: posterior.alpha(),
-                    l: PackedLower::of(posterior.factor().l()),
-                    noise: None,
-                })))
+                Self::Process(Box::new(ProcessPredictor::new(&process.posterior)))
             }
         }
     }

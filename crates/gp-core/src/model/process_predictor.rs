@@ -3,8 +3,11 @@
 use faer::MatRef;
 use kernels::{TorqueCovariance, exp_in_place, sgn};
 
+use crate::fit_posterior::FitPosterior;
+use crate::low_rank_posterior::LowRankPosterior;
 use crate::model::dot::{dot, dot_compensated};
 use crate::model::packed_lower::PackedLower;
+use crate::posterior::Posterior;
 
 /// Where a process keeps what it learned: its basis points and the factors of its variance.
 ///
@@ -17,12 +20,36 @@ use crate::model::packed_lower::PackedLower;
 /// # Shapes
 /// `points` (r, 3ℓ); `weights` β (r,); `l` (r, r): the factor of K + σ²I on training
 /// points, of K_PP on pivots; `noise` (Rᵀ (r, r), σ²) on pivots only.
-pub(crate) struct Basis<'a> {
-    pub covariance: &'a TorqueCovariance,
-    pub points: MatRef<'a, f64>,
-    pub weights: &'a [f64],
-    pub l: PackedLower,
-    pub noise: Option<(PackedLower, f64)>,
+struct Basis<'a> {
+    covariance: &'a TorqueCovariance,
+    points: MatRef<'a, f64>,
+    weights: &'a [f64],
+    l: PackedLower,
+    noise: Option<(PackedLower, f64)>,
+}
+
+impl<'a> Basis<'a> {
+    fn training_points(posterior: &'a Posterior<TorqueCovariance>) -> Self {
+        Self {
+            covariance: posterior.covariance(),
+            points: posterior.x(),
+            weights: posterior.alpha(),
+            l: PackedLower::of(posterior.factor().l()),
+            noise: None,
+        }
+    }
+
+    fn pivots(posterior: &'a LowRankPosterior<TorqueCovariance>) -> Self {
+        let parts = posterior.parts();
+        let r_transposed = PackedLower::of(parts.noise_factor.transpose());
+        Self {
+            covariance: posterior.covariance(),
+            points: parts.pivots.as_ref(),
+            weights: &parts.weights,
+            l: PackedLower::of(parts.pivot_factor.as_ref()),
+            noise: Some((r_transposed, parts.noise_std * parts.noise_std)),
+        }
+    }
 }
 
 /// Prior variances of the terms of eq. (7) and the exponents' factors, in the form the loop uses.
@@ -57,7 +84,14 @@ pub(crate) struct ProcessPredictor {
 }
 
 impl ProcessPredictor {
-    pub fn new(basis: Basis<'_>) -> Self {
+    pub fn new(posterior: &FitPosterior) -> Self {
+        Self::from_basis(match posterior {
+            FitPosterior::Dense(posterior) => Basis::training_points(posterior),
+            FitPosterior::LowRank(posterior) => Basis::pivots(posterior),
+        })
+    }
+
+    fn from_basis(basis: Basis<'_>) -> Self {
         let terms = Terms::of(basis.covariance);
         let n_joints = basis.covariance.n_joints();
         let points: Vec<f64> = (basis.points.col_iter())
@@ -118,8 +152,8 @@ impl ProcessPredictor {
         let terms = &self.terms;
         exponents.fill(0.0);
         k.fill(terms.bias_var);
-        for (j, column) in self.points.chunks_exact(self.n_points()).enumerate() {
-            let (x, half_precision) = (x[j], terms.half_precision[j]);
+        for (j, half_precision) in terms.half_precision.iter().enumerate() {
+            let (x, column) = (x[j], column(&self.points, j, self.n_points()));
             let weighted = terms.linear_var[j] * x;
             for ((exponent, k), point) in exponents.iter_mut().zip(k.iter_mut()).zip(column) {
                 let difference = x - point;
@@ -127,9 +161,9 @@ impl ProcessPredictor {
                 *k += weighted * point;
             }
         }
-        for (j, column) in self.signs.chunks_exact(self.n_points()).enumerate() {
-            let weighted = terms.coulomb_var[j] * signs[j];
-            for (k, sign) in k.iter_mut().zip(column) {
+        for (j, coulomb_var) in terms.coulomb_var.iter().enumerate() {
+            let weighted = coulomb_var * signs[j];
+            for (k, sign) in k.iter_mut().zip(column(&self.signs, j, self.n_points())) {
                 *k += weighted * sign;
             }
         }
@@ -164,6 +198,13 @@ impl ProcessPredictor {
         }
         (mean, var)
     }
+}
+
+/// Column j of a matrix of r rows, stored column after column.
+#[inline(always)]
+#[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+fn column(columns: &[f64], j: usize, n_rows: usize) -> &[f64] {
+    &columns[j * n_rows..(j + 1) * n_rows]
 }
 
 impl Terms {
@@ -207,8 +248,8 @@ impl Folded {
             let sum = |column: &[f64]| {
                 dot_compensated(weights.iter().copied().zip(column.iter().copied()))
             };
-            let columns = columns.chunks_exact(weights.len()).zip(vars);
-            columns.map(|(column, var)| var * sum(column)).collect()
+            let of_column = |(j, var)| var * sum(column(columns, j, weights.len()));
+            vars.iter().enumerate().map(of_column).collect()
         };
         Self {
             bias: terms.bias_var * dot_compensated(weights.iter().map(|weight| (*weight, 1.0))),

@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::bayes_linear::{BayesLinear, LinearForm};
 use crate::cholesky::Factor;
+use crate::data::require_noise;
+use crate::fit_posterior::FitPosterior;
+use crate::low_rank_posterior::{LowRankParts, LowRankPosterior};
 use crate::model::file::ModelFileError;
 use crate::model::joint_model::{FitSummary, JointModel, ProcessModel};
 use crate::model::packed_lower::PackedLower;
@@ -79,6 +82,13 @@ enum PosteriorRecord {
         x: MatrixRecord,
         alpha: Vec<f64>,
         l: TriangleRecord,
+    },
+    LowRank {
+        pivots: MatrixRecord,
+        weights: Vec<f64>,
+        pivot_factor: TriangleRecord,
+        /// Rᵀ, so that it is a lower triangle.
+        noise_factor_transposed: TriangleRecord,
     },
 }
 
@@ -211,11 +221,7 @@ impl ProcessRecord {
                 coulomb_std: params.coulomb_std,
             },
             noise_std: posterior.noise_std(),
-            posterior: PosteriorRecord::Dense {
-                x: MatrixRecord::of(posterior.x()),
-                alpha: posterior.alpha().to_vec(),
-                l: TriangleRecord::of(posterior.factor().l()),
-            },
+            posterior: PosteriorRecord::of(posterior),
             summary: SummaryRecord::of(&process.summary),
         }
     }
@@ -229,16 +235,71 @@ impl ProcessRecord {
             coulomb_std: self.params.coulomb_std,
         })
         .map_err(malformed)?;
-        crate::data::require_noise(self.noise_std).map_err(malformed)?;
-        let PosteriorRecord::Dense { x, alpha, l } = self.posterior;
-        let x = x.into_mat("training inputs", 3 * covariance.n_joints())?;
-        require_values("weights of a process", &alpha, x.nrows())?;
-        let l = l.into_packed("a Cholesky factor", x.nrows())?;
-        let factor = Factor::from_lower(l.to_mat());
+        require_noise(self.noise_std).map_err(malformed)?;
         Ok(ProcessModel {
-            posterior: Posterior::from_parts(covariance, self.noise_std, x, alpha, factor),
+            posterior: self.posterior.into_posterior(covariance, self.noise_std)?,
             summary: self.summary.into_summary()?,
         })
+    }
+}
+
+impl PosteriorRecord {
+    fn of(posterior: &FitPosterior) -> Self {
+        match posterior {
+            FitPosterior::Dense(posterior) => Self::Dense {
+                x: MatrixRecord::of(posterior.x()),
+                alpha: posterior.alpha().to_vec(),
+                l: TriangleRecord::of(posterior.factor().l()),
+            },
+            FitPosterior::LowRank(posterior) => {
+                let parts = posterior.parts();
+                Self::LowRank {
+                    pivots: MatrixRecord::of(parts.pivots.as_ref()),
+                    weights: parts.weights.clone(),
+                    pivot_factor: TriangleRecord::of(parts.pivot_factor.as_ref()),
+                    noise_factor_transposed: TriangleRecord::of(parts.noise_factor.transpose()),
+                }
+            }
+        }
+    }
+
+    fn into_posterior(
+        self,
+        covariance: TorqueCovariance,
+        noise_std: f64,
+    ) -> Result<FitPosterior, ModelFileError> {
+        let n_covariates = 3 * covariance.n_joints();
+        match self {
+            Self::Dense { x, alpha, l } => {
+                let x = x.into_mat("training inputs", n_covariates)?;
+                let n = x.nrows();
+                require(n > 0, || "a process without training inputs".to_owned())?;
+                require_values("weights of a process", &alpha, n)?;
+                let factor = Factor::from_lower(l.into_packed("a Cholesky factor", n)?.to_mat());
+                let posterior = Posterior::from_parts(covariance, noise_std, x, alpha, factor);
+                Ok(FitPosterior::Dense(posterior))
+            }
+            Self::LowRank {
+                pivots,
+                weights,
+                pivot_factor,
+                noise_factor_transposed,
+            } => {
+                let pivots = pivots.into_mat("pivots", n_covariates)?;
+                let rank = pivots.nrows();
+                let pivot_factor = pivot_factor.into_packed("the pivots' factor", rank)?;
+                let noise_factor = noise_factor_transposed.into_packed("R", rank)?;
+                let parts = LowRankParts {
+                    noise_std,
+                    pivots,
+                    pivot_factor: pivot_factor.to_mat(),
+                    noise_factor: noise_factor.to_mat().transpose().to_owned(),
+                    weights,
+                };
+                let posterior = LowRankPosterior::from_parts(covariance, parts);
+                posterior.map(FitPosterior::LowRank).map_err(malformed)
+            }
+        }
     }
 }
 
@@ -285,7 +346,7 @@ impl MatrixRecord {
 
     fn into_mat(self, what: &str, n_cols: usize) -> Result<Mat<f64>, ModelFileError> {
         let n_values = self.n_rows.checked_mul(self.n_cols);
-        require(self.n_cols == n_cols && self.n_rows > 0, || {
+        require(self.n_cols == n_cols, || {
             format!("{what} are {} × {}", self.n_rows, self.n_cols)
         })?;
         require_values(what, &self.columns, n_values.unwrap_or(usize::MAX))?;

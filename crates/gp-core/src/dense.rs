@@ -1,0 +1,131 @@
+//! Eq. (8) and its gradient by a Cholesky factorisation of the whole matrix.
+
+use std::f64::consts::PI;
+
+use faer::{Mat, MatRef};
+use kernels::{Covariance, Jitter};
+
+use crate::cholesky::Factor;
+use crate::error::GpError;
+use crate::low_rank::rounding_of_entries;
+
+/// Memory of the dense path, which later evaluations use again.
+///
+/// Peak memory is two (n, n) matrices.
+#[derive(Debug)]
+pub(crate) struct Dense {
+    gram: Mat<f64>,
+    scratch: Mat<f64>,
+}
+
+/// Value of eq. (8) with the error that rounding K leaves in it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DenseValue {
+    pub value: f64,
+    pub rounding: f64,
+}
+
+impl Dense {
+    /// Allocates nothing yet.
+    pub fn new() -> Self {
+        Self {
+            gram: Mat::new(),
+            scratch: Mat::new(),
+        }
+    }
+
+    /// The value of eq. (8).
+    pub fn value<C: Covariance>(
+        &mut self,
+        covariance: &C,
+        noise_std: f64,
+        x: MatRef<'_, f64>,
+        targets: &[f64],
+    ) -> Result<DenseValue, GpError> {
+        let (factor, largest) = self.factorise(covariance, noise_std, x)?;
+        let (quadratic, alpha) = factor.quadratic_form_and_solve(targets);
+        let value = log_density(quadratic, &factor);
+        self.gram = factor.into_buffer();
+        Ok(DenseValue {
+            value,
+            rounding: rounding(&alpha, largest, noise_std),
+        })
+    }
+
+    /// The value of eq. (8) and its gradient with respect to (θ, σ).
+    ///
+    /// # Panics
+    /// If `gradient` does not have one entry per hyperparameter and one for σ.
+    pub fn value_and_gradient<C: Covariance>(
+        &mut self,
+        covariance: &C,
+        noise_std: f64,
+        x: MatRef<'_, f64>,
+        targets: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<DenseValue, GpError> {
+        let n_params = covariance.n_params();
+        assert_eq!(gradient.len(), n_params + 1);
+        let (factor, largest) = self.factorise(covariance, noise_std, x)?;
+        let (quadratic, alpha) = factor.quadratic_form_and_solve(targets);
+        let value = log_density(quadratic, &factor);
+
+        let n = targets.len();
+        if self.scratch.nrows() != n {
+            self.scratch = Mat::zeros(n, n);
+        }
+        let mut adjoint = factor.into_inverse(&mut self.scratch); // (n, n), lower
+        half_outer_minus_half(&mut adjoint, &alpha);
+
+        gradient.fill(0.0);
+        let (of_theta, of_noise) = gradient.split_at_mut(n_params);
+        covariance.gram_adjoint(x, adjoint.as_ref(), of_theta);
+        Jitter::new(noise_std)?.gram_adjoint(x, adjoint.as_ref(), of_noise);
+        self.gram = adjoint;
+        Ok(DenseValue {
+            value,
+            rounding: rounding(&alpha, largest, noise_std),
+        })
+    }
+
+    /// The factor of K = c(X, X) + σ²I, in the memory of `gram`, and max K_aa.
+    fn factorise<C: Covariance>(
+        &mut self,
+        covariance: &C,
+        noise_std: f64,
+        x: MatRef<'_, f64>,
+    ) -> Result<(Factor, f64), GpError> {
+        let n = x.nrows();
+        let mut gram = std::mem::replace(&mut self.gram, Mat::new());
+        if gram.nrows() == n {
+            gram.fill(0.0);
+        } else {
+            gram = Mat::zeros(n, n);
+        }
+        covariance.add_gram(x, gram.as_mut());
+        Jitter::new(noise_std)?.add_gram(x, gram.as_mut());
+        let largest = (0..n).map(|idx| gram[(idx, idx)]).fold(0.0, f64::max);
+        Ok((Factor::new(gram)?, largest))
+    }
+}
+
+fn rounding(alpha: &[f64], largest: f64, noise_std: f64) -> f64 {
+    let alpha_sq = alpha.iter().map(|a| a * a).sum();
+    rounding_of_entries(alpha.len(), largest, noise_std * noise_std, alpha_sq)
+}
+
+/// −½ tᵀK⁻¹t − ½ log|K| − ½ n log 2π.
+fn log_density(quadratic: f64, factor: &Factor) -> f64 {
+    let n = factor.order() as f64;
+    -0.5 * quadratic - 0.5 * factor.log_det() - 0.5 * n * (2.0 * PI).ln()
+}
+
+/// Turns the lower triangle of K⁻¹ into that of ½(αα′ − K⁻¹).
+fn half_outer_minus_half(inverse: &mut Mat<f64>, alpha: &[f64]) {
+    for (col, alpha_col) in alpha.iter().enumerate() {
+        let column = &mut inverse.col_as_slice_mut(col)[col..];
+        for (entry, alpha_row) in column.iter_mut().zip(&alpha[col..]) {
+            *entry = 0.5 * (alpha_row * alpha_col - *entry);
+        }
+    }
+}

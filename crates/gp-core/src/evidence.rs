@@ -1,0 +1,117 @@
+//! The log marginal likelihood with the method that computed it and a bound on its error.
+
+use faer::MatRef;
+use kernels::Covariance;
+
+use crate::data::{require_noise, require_training_data};
+use crate::error::GpError;
+use crate::log_marginal::LogMarginal;
+
+/// How eq. (8) may be computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// By the low-rank path where its rank is a small part of n, else densely.
+    Automatic,
+    /// By a Cholesky factorisation of the whole matrix, O(n³).
+    Dense,
+    /// By the low-rank path, O(n r²), whatever its rank.
+    Certified,
+}
+
+/// How eq. (8) was computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MethodUsed {
+    /// By a Cholesky factorisation of the whole matrix.
+    Dense,
+    /// By the low-rank path with its certificate.
+    Certified,
+}
+
+/// How the likelihood is to be computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LikelihoodOptions {
+    /// Dense, low-rank, or whichever is faster.
+    pub method: Method,
+    /// Largest error of the log marginal likelihood that the low-rank path may make
+    /// by leaving something out, in nats. Rounding comes on top.
+    pub certificate: f64,
+}
+
+impl LikelihoodOptions {
+    /// The dense path.
+    pub fn dense() -> Self {
+        Self {
+            method: Method::Dense,
+            certificate: CERTIFICATE,
+        }
+    }
+
+    /// Whichever path is faster, with an error of at most 10⁻⁴ nats.
+    pub fn automatic() -> Self {
+        Self {
+            method: Method::Automatic,
+            ..Self::dense()
+        }
+    }
+}
+
+/// Nats that a search for the highest likelihood does not see.
+const CERTIFICATE: f64 = 1e-4;
+
+/// One value of eq. (8).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evaluation {
+    /// Log marginal likelihood, natural log, summed over the data.
+    pub log_marginal_likelihood: f64,
+    /// Bound on its error, in nats: what the low-rank path leaves out, and what
+    /// rounding the entries of K leaves in either path.
+    pub error_bound: f64,
+    /// The path taken.
+    pub method: MethodUsed,
+    /// Rank of the factor: n if dense.
+    pub rank: usize,
+}
+
+/// Value and gradient of eq. (8).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evidence {
+    /// The value, its error bound and its method.
+    pub evaluation: Evaluation,
+    /// Gradient with respect to natural parameters, in the order of the covariance's
+    /// layout, σ last.
+    pub gradient: Vec<f64>,
+}
+
+/// Log marginal likelihood and gradient at given hyperparameters, by a method of choice.
+///
+/// ```text
+/// log p(t | X, θ) = −½ tᵀK⁻¹t − ½ log|K| − ½ n log 2π      K = c(X, X) + σ²I
+/// ```
+/// The gradient of the low-rank path is the exact gradient of the value it returns,
+/// with its pivots held fixed.
+/// # Shapes
+/// `x` (n, d); `targets` (n,).
+/// # Errors
+/// Data that is not finite or does not match, σ that is not positive, K that is
+/// not positive definite, or a value that overflows.
+/// # Panics
+/// If `x` does not have the number of columns that the covariance needs.
+/// # Source
+/// Eq. (8); the error bound is derived in the README under "Certificate".
+pub fn evidence<C: Covariance>(
+    covariance: &C,
+    noise_std: f64,
+    x: MatRef<'_, f64>,
+    targets: &[f64],
+    options: LikelihoodOptions,
+) -> Result<Evidence, GpError> {
+    require_training_data(x, targets, 1)?;
+    require_noise(noise_std)?;
+    let mut gradient = vec![0.0; covariance.n_params() + 1];
+    let evaluation =
+        LogMarginal::new(x, targets, options).evaluate(covariance, noise_std, &mut gradient)?;
+    Ok(Evidence {
+        evaluation,
+        gradient,
+    })
+}

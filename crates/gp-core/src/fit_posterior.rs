@@ -1,0 +1,139 @@
+//! The posterior of a fit, by whichever path its likelihood took.
+
+use faer::MatRef;
+use kernels::{Covariance, TorqueCovariance};
+
+use crate::data::{require_noise, require_training_data};
+use crate::error::GpError;
+use crate::evidence::{LikelihoodOptions, MethodUsed};
+use crate::log_marginal::LogMarginal;
+use crate::low_rank::rounding_of_entries;
+use crate::low_rank_posterior::LowRankPosterior;
+use crate::posterior::{Posterior, Prediction};
+
+/// A joint's torque conditioned on data, densely or on a few pivots.
+#[derive(Debug, Clone)]
+pub enum FitPosterior {
+    /// With the Cholesky factor of the whole matrix.
+    Dense(Posterior<TorqueCovariance>),
+    /// With that of a few pivots.
+    LowRank(LowRankPosterior<TorqueCovariance>),
+}
+
+impl FitPosterior {
+    /// Conditions on data by the path that `options` asks for.
+    ///
+    /// # Errors
+    /// As for [`Posterior::new`].
+    /// # Panics
+    /// If `x` does not have the number of columns that the covariance needs.
+    pub fn new(
+        covariance: TorqueCovariance,
+        noise_std: f64,
+        x: MatRef<'_, f64>,
+        targets: &[f64],
+        options: LikelihoodOptions,
+    ) -> Result<Self, GpError> {
+        Self::with_error_bound(covariance, noise_std, x, targets, options)
+            .map(|(posterior, _)| posterior)
+    }
+
+    /// As [`FitPosterior::new`], with the error bound of the likelihood by the same factor.
+    pub(crate) fn with_error_bound(
+        covariance: TorqueCovariance,
+        noise_std: f64,
+        x: MatRef<'_, f64>,
+        targets: &[f64],
+        options: LikelihoodOptions,
+    ) -> Result<(Self, f64), GpError> {
+        require_training_data(x, targets, 1)?;
+        require_noise(noise_std)?;
+        let low_rank = LogMarginal::new(x, targets, options).low_rank(&covariance, noise_std)?;
+        if let Some(low_rank) = low_rank {
+            let posterior = LowRankPosterior::new(covariance, x, &low_rank);
+            return Ok((Self::LowRank(posterior), low_rank.error_bound()));
+        }
+        let largest = covariance.diag(x).into_iter().fold(0.0, f64::max);
+        let posterior = Posterior::new(covariance, noise_std, x, targets)?;
+        let alpha_sq = posterior.alpha().iter().map(|a| a * a).sum();
+        let bound = rounding_of_entries(x.nrows(), largest, noise_std * noise_std, alpha_sq);
+        Ok((Self::Dense(posterior), bound))
+    }
+
+    /// The path taken.
+    pub fn method(&self) -> MethodUsed {
+        match self {
+            Self::Dense(_) => MethodUsed::Dense,
+            Self::LowRank(_) => MethodUsed::Certified,
+        }
+    }
+
+    /// Rank of the factor: the number of samples if dense.
+    pub fn rank(&self) -> usize {
+        match self {
+            Self::Dense(posterior) => posterior.alpha().len(),
+            Self::LowRank(posterior) => posterior.rank(),
+        }
+    }
+
+    /// The covariance function c.
+    pub fn covariance(&self) -> &TorqueCovariance {
+        match self {
+            Self::Dense(posterior) => posterior.covariance(),
+            Self::LowRank(posterior) => posterior.covariance(),
+        }
+    }
+
+    /// Noise standard deviation σ, in target units.
+    pub fn noise_std(&self) -> f64 {
+        match self {
+            Self::Dense(posterior) => posterior.noise_std(),
+            Self::LowRank(posterior) => posterior.noise_std(),
+        }
+    }
+
+    /// Posterior means at the rows of `x`, in target units.
+    ///
+    /// # Errors
+    /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
+    pub fn predict_mean(&self, x: MatRef<'_, f64>) -> Result<Vec<f64>, GpError> {
+        match self {
+            Self::Dense(posterior) => posterior.predict_mean(x),
+            Self::LowRank(posterior) => posterior.predict_mean(x),
+        }
+    }
+
+    /// Posterior variances of the latent torque at the rows of `x`, at least zero.
+    ///
+    /// # Errors
+    /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
+    pub fn predict_var(&self, x: MatRef<'_, f64>) -> Result<Vec<f64>, GpError> {
+        Ok(self.predict(x)?.var)
+    }
+
+    /// Posterior means and latent variances at the rows of `x`.
+    ///
+    /// # Errors
+    /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
+    pub fn predict(&self, x: MatRef<'_, f64>) -> Result<Prediction, GpError> {
+        match self {
+            Self::Dense(posterior) => posterior.predict(x),
+            Self::LowRank(posterior) => posterior.predict(x),
+        }
+    }
+
+    /// A lower bound on the condition number of K + σ²I in the 2-norm.
+    pub fn condition_lower_bound(&self) -> f64 {
+        match self {
+            Self::Dense(posterior) => posterior.factor().condition_lower_bound(),
+            Self::LowRank(posterior) => {
+                // K + σ²I is at least ΦΦᵀ + σ²I, with eigenvalues of σ² and up to |R|².
+                let r = &posterior.parts().noise_factor;
+                let largest = (0..r.nrows())
+                    .map(|idx| r[(idx, idx)])
+                    .fold(posterior.noise_std(), f64::max);
+                (largest / posterior.noise_std()).powi(2)
+            }
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! The orthogonal factor of a tall matrix on top of a multiple of the identity.
+//!
+//! ```text
+//! [ Φ  ]   [ Q₁ ]
+//! [ σI ] = [ Q₂ ] R,   Q₁ᵀQ₁ + Q₂ᵀQ₂ = I,   RᵀR = ΦᵀΦ + σ²I
+//! ```
+//! Two rounds of Cholesky QR do in matrix products what Householder's reflections
+//! do in products of matrix and vector, with factors just as orthogonal as long as
+//! the condition number of RᵀR is below 1/ε.
+//!
+//! Source: Yamamoto, Nakatsukasa, Yanagisawa & Fukaya 2015, ETNA 44, pp. 306–326,
+//! algorithm 2 and theorem 3.1.
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::linalg::triangular_inverse::invert_lower_triangular;
+use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par};
+
+use crate::cholesky::Factor;
+use crate::error::GpError;
+
+/// Q₁, Q₂ and R, with ΦᵀΦ.
+#[derive(Debug, Clone)]
+pub(crate) struct Orthogonal {
+    q1: Mat<f64>,   // (n, r)
+    q2: Mat<f64>,   // (r, r), upper
+    r: Mat<f64>,    // (r, r), upper
+    gram: Mat<f64>, // ΦᵀΦ, (r, r), symmetric
+}
+
+impl Orthogonal {
+    /// Factorises [Φ; σI].
+    ///
+    /// # Errors
+    /// [`GpError::NotPositiveDefinite`] if ΦᵀΦ + σ²I has no Cholesky factor.
+    pub fn new(phi: MatRef<'_, f64>, noise_std: f64) -> Result<Self, GpError> {
+        let r = phi.ncols();
+        let mut gram = gram_lower(phi);
+        let mut shifted = gram.clone();
+        for idx in 0..r {
+            shifted[(idx, idx)] += noise_std * noise_std;
+        }
+        mirror(&mut gram);
+
+        // First round: Q = [Φ; σI] L₁⁻ᵀ.
+        let first = Factor::new(shifted)?;
+        let mut q1 = phi.to_owned();
+        let mut q2 = Mat::from_fn(r, r, |row, col| if row == col { noise_std } else { 0.0 });
+        first.half_solve_in_place(q1.as_mut().transpose_mut());
+        first.half_solve_in_place(q2.as_mut().transpose_mut());
+
+        // Second round: QᵀQ is near the identity.
+        let mut again = gram_lower(q1.as_ref());
+        triangular::matmul(
+            again.as_mut(),
+            BlockStructure::TriangularLower,
+            Accum::Add,
+            q2.transpose(),
+            BlockStructure::Rectangular,
+            q2.as_ref(),
+            BlockStructure::Rectangular,
+            1.0,
+            Par::Seq,
+        );
+        let second = Factor::new(again)?;
+        second.half_solve_in_place(q1.as_mut().transpose_mut());
+        second.half_solve_in_place(q2.as_mut().transpose_mut());
+        Ok(Self {
+            q1,
+            q2,
+            r: product_of_factors(&first, &second),
+            gram,
+        })
+    }
+
+    /// Q₁, (n, r).
+    pub fn q1(&self) -> MatRef<'_, f64> {
+        self.q1.as_ref()
+    }
+
+    /// R, (r, r), upper triangular.
+    pub fn r(&self) -> MatRef<'_, f64> {
+        self.r.as_ref()
+    }
+
+    /// ΦᵀΦ, (r, r).
+    pub fn gram(&self) -> &Mat<f64> {
+        &self.gram
+    }
+
+    /// log|RᵀR|.
+    pub fn log_det(&self) -> f64 {
+        let half: f64 = (0..self.r.nrows()).map(|idx| self.r[(idx, idx)].ln()).sum();
+        2.0 * half
+    }
+
+    /// R⁻¹, (r, r), upper triangular.
+    pub fn r_inv(&self) -> Mat<f64> {
+        let mut inverse = Mat::zeros(self.r.nrows(), self.r.nrows());
+        invert_lower_triangular(
+            inverse.as_mut().transpose_mut(),
+            self.r.transpose(),
+            Par::Seq,
+        );
+        inverse
+    }
+
+    /// The part of (t, 0) that is orthogonal to Q, top (n,) and bottom (r,).
+    ///
+    /// Projected twice, so that it is orthogonal to rounding of itself, not of t.
+    /// # Source
+    /// Giraud, Langou, Rozložník & van den Eshof 2005, Numer. Math. 101, pp. 87–100.
+    pub fn project_out(&self, targets: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut top = targets.to_vec();
+        let mut bottom = vec![0.0; self.q2.nrows()];
+        for _ in 0..2 {
+            let mut along = vec![0.0; bottom.len()]; // (r,)
+            add_product(&mut along, self.q1.transpose(), &top, 1.0);
+            add_product(&mut along, self.q2.transpose(), &bottom, 1.0);
+            add_product(&mut top, self.q1.as_ref(), &along, -1.0);
+            add_product(&mut bottom, self.q2.as_ref(), &along, -1.0);
+        }
+        (top, bottom)
+    }
+}
+
+/// The lower triangle of ΦᵀΦ.
+fn gram_lower(phi: MatRef<'_, f64>) -> Mat<f64> {
+    let r = phi.ncols();
+    let mut gram = Mat::zeros(r, r);
+    triangular::matmul(
+        gram.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Replace,
+        phi.transpose(),
+        BlockStructure::Rectangular,
+        phi,
+        BlockStructure::Rectangular,
+        1.0,
+        Par::Seq,
+    );
+    gram
+}
+
+/// Copies the lower triangle to the upper.
+fn mirror(matrix: &mut Mat<f64>) {
+    for col in 1..matrix.ncols() {
+        for row in 0..col {
+            matrix[(row, col)] = matrix[(col, row)];
+        }
+    }
+}
+
+/// R = (L₁L₂)ᵀ.
+fn product_of_factors(first: &Factor, second: &Factor) -> Mat<f64> {
+    let r = first.order();
+    let mut product = Mat::zeros(r, r);
+    triangular::matmul(
+        product.as_mut().transpose_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Replace,
+        first.l(),
+        BlockStructure::TriangularLower,
+        second.l(),
+        BlockStructure::TriangularLower,
+        1.0,
+        Par::Seq,
+    );
+    product
+}
+
+/// out += factor · M v
+fn add_product(out: &mut [f64], matrix: MatRef<'_, f64>, vector: &[f64], factor: f64) {
+    matmul(
+        ColMut::from_slice_mut(out),
+        Accum::Add,
+        matrix,
+        ColRef::from_slice(vector),
+        factor,
+        Par::Seq,
+    );
+}

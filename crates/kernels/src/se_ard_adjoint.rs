@@ -1,0 +1,136 @@
+//! Weighted sums over the correlations of the squared-exponential term, for its gradient.
+//!
+//! Correlations are made a block of columns at a time, weighted with the adjoint
+//! and summed; no matrix of the size of the Gram matrix is stored.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+
+use crate::columns::{column_mut, for_each_column};
+use crate::se_ard::{BLOCK, Scaled, correlations};
+
+/// Sums over the strictly lower triangle of W = Q ∘ E, gathered block by block.
+pub(crate) struct LowerSums {
+    pub diagonal: f64,      // Σ_a W_aa
+    pub below: f64,         // Σ_{a>b} W_ab
+    pub weights: Vec<f64>,  // (n,) row sum plus column sum of the strictly lower W
+    pub products: Vec<f64>, // (d,) Σ_{a>b} W_ab z_aj z_bj
+    wz: Mat<f64>,           // (BLOCK, d) scratch
+}
+
+impl LowerSums {
+    pub fn new(n: usize, d: usize) -> Self {
+        Self {
+            diagonal: 0.0,
+            below: 0.0,
+            weights: vec![0.0; n],
+            products: vec![0.0; d],
+            wz: Mat::zeros(BLOCK, d),
+        }
+    }
+
+    /// Adds the columns `first..` whose correlations `block` holds, and overwrites it with W.
+    pub fn add_block(
+        &mut self,
+        z: &Mat<f64>,
+        adjoint: MatRef<'_, f64>,
+        first: usize,
+        mut block: MatMut<'_, f64>,
+    ) {
+        let (n_rows, width) = (block.nrows(), block.ncols());
+        let q = adjoint.submatrix(first, first, n_rows, width);
+        for_each_column(q, |k, q_column| {
+            let w = column_mut(&mut block, k);
+            self.diagonal += q_column[k] * w[k];
+            w[..=k].fill(0.0);
+            let mut column_sum = 0.0;
+            let below = w[k + 1..].iter_mut().zip(&q_column[k + 1..]);
+            for ((w, q), weight) in below.zip(&mut self.weights[first + k + 1..]) {
+                *w *= q;
+                *weight += *w;
+                column_sum += *w;
+            }
+            self.weights[first + k] += column_sum;
+            self.below += column_sum;
+        });
+
+        // Rows of WᵀZ for this block's columns, then Σ_b z_bj (WᵀZ)_bj.
+        let z_rows = z.as_ref().subrows(first, n_rows);
+        let mut wz = self.wz.as_mut().subrows_mut(0, width); // (width, d)
+        matmul(
+            wz.as_mut(),
+            Accum::Replace,
+            block.transpose(),
+            z_rows,
+            1.0,
+            Par::Seq,
+        );
+        for (j, product) in self.products.iter_mut().enumerate() {
+            let z_block = &z.col_as_slice(j)[first..first + width];
+            *product += (z_block.iter().zip(column_mut(&mut wz, j).iter()))
+                .map(|(z, wz)| z * wz)
+                .sum::<f64>();
+        }
+    }
+}
+
+/// Sums over all of W = Q ∘ E between two sets of inputs.
+pub(crate) struct CrossSums {
+    pub total: f64,        // Σ_ab W_ab
+    pub squares: Vec<f64>, // (d,) Σ_ab W_ab (z1_aj − z2_bj)²
+}
+
+impl CrossSums {
+    /// # Shapes
+    /// `adjoint` Q, (n1, n2).
+    pub fn new(first: &Scaled, second: &Scaled, adjoint: MatRef<'_, f64>) -> Self {
+        let (n1, n2, d) = (first.z.nrows(), second.z.nrows(), first.z.ncols());
+        let mut row_sums = vec![0.0; n1]; // Σ_b W_ab
+        let mut column_sums = vec![0.0; n2]; // Σ_a W_ab
+        let mut products = Mat::zeros(n2, d); // WᵀZ1, (n2, d)
+        let mut buffer = Mat::zeros(n1, BLOCK.min(n2)); // (n1, BLOCK)
+        for start in (0..n2).step_by(BLOCK) {
+            let width = BLOCK.min(n2 - start);
+            let mut block = buffer.as_mut().subcols_mut(0, width);
+            correlations(first, 0..n1, second, start..start + width, block.as_mut());
+            for_each_column(adjoint.subcols(start, width), |k, q_column| {
+                for ((w, q), row_sum) in (column_mut(&mut block, k).iter_mut())
+                    .zip(q_column)
+                    .zip(&mut row_sums)
+                {
+                    *w *= q;
+                    *row_sum += *w;
+                    column_sums[start + k] += *w;
+                }
+            });
+            matmul(
+                products.as_mut().subrows_mut(start, width),
+                Accum::Replace,
+                block.transpose(),
+                first.z.as_ref(),
+                1.0,
+                Par::Seq,
+            );
+        }
+        Self {
+            total: column_sums.iter().sum(),
+            squares: (0..d)
+                .map(|j| {
+                    let (z1, z2) = (first.z.col_as_slice(j), second.z.col_as_slice(j));
+                    weighted_squares(z1, &row_sums) + weighted_squares(z2, &column_sums)
+                        - 2.0 * dot(z2, products.col_as_slice(j))
+                })
+                .collect(),
+        }
+    }
+}
+
+fn weighted_squares(values: &[f64], weights: &[f64]) -> f64 {
+    (values.iter().zip(weights))
+        .map(|(value, weight)| weight * value * value)
+        .sum()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
