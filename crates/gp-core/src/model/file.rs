@@ -166,7 +166,92 @@ fn array<const N: usize>(bytes: &[u8]) -> [u8; N] {
 
 #[cfg(test)]
 mod tests {
+    use faer::Mat;
+    use kernels::{TorqueCovariance, TorqueForm};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
     use super::*;
+    use crate::fit_posterior::FitPosterior;
+    use crate::model::{FitSummary, JointModel, ProcessModel, Provenance, TrainingRanges};
+    use crate::{BayesLinear, LikelihoodOptions, LinearForm, Method};
+
+    fn process(x: &Mat<f64>, targets: &[f64], method: Method) -> JointModel {
+        let options = LikelihoodOptions {
+            method,
+            certificate: 1e-4,
+        };
+        let covariance = TorqueCovariance::unit(3, TorqueForm::Coulomb);
+        JointModel::Process(Box::new(ProcessModel {
+            posterior: FitPosterior::new(covariance, 0.1, x.as_ref(), targets, options).unwrap(),
+            summary: FitSummary {
+                log_marginal: 1.0,
+                start: "given".to_owned(),
+                n_starts: 1,
+                evaluations: 1,
+                bounds_hit: vec!["noise_std".to_owned()],
+                condition_lower_bound: 1.0,
+                method: "dense".to_owned(),
+                rank: 1,
+                error_bound: Some(0.5),
+            },
+        }))
+    }
+
+    /// Three joints: linear, on training points, on pivots.
+    fn small_model() -> TorqueModel {
+        let x = Mat::from_fn(4, 9, |i, j| ((5 * i + 3 * j) % 7) as f64 - 3.0);
+        let targets = [1.0, -2.0, 0.5, 3.0];
+        let linear = BayesLinear::fit(x.as_ref(), &targets, LinearForm::Coulomb).unwrap();
+        TorqueModel::new(
+            ["a", "b", "c"].map(str::to_owned).into(),
+            vec![
+                (0, linear.into()),
+                (1, process(&x, &targets, Method::Dense)),
+                (2, process(&x, &targets, Method::Certified)),
+            ],
+            TrainingRanges::of(x.as_ref()).unwrap(),
+            Provenance {
+                data_sha256: [1; 32],
+                robot_sha256: Some([2; 32]),
+                program: "p".to_owned(),
+                context: String::new(),
+            },
+        )
+        .unwrap()
+    }
+
+    /// A forger can write a checksum; what passes it may be another model, but never a panic.
+    #[test]
+    fn payloads_altered_behind_a_valid_checksum_are_refused_or_still_predict() {
+        let payload = encode(&small_model()).split_off(HEADER);
+        let x = Mat::from_fn(2, 9, |i, j| (i + j) as f64 * 0.25);
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let mut n_refused = 0;
+        for trial in 0..20_000 {
+            let mut altered = payload.clone();
+            let position = rng.random_range(0..altered.len());
+            altered[position] = match trial % 3 {
+                0 => 0,
+                1 => 255,
+                _ => rng.random(),
+            };
+            if trial % 5 == 0 {
+                altered.truncate(rng.random_range(0..payload.len()));
+            }
+            let Ok(model) = decode(&framed(FORMAT_VERSION, &altered)) else {
+                n_refused += 1;
+                continue;
+            };
+            let _ = model.predict(x.as_ref());
+            let predictor = model.predictor();
+            let n = predictor.n_learned();
+            let (mut mean, mut var) = (vec![0.0; n], vec![0.0; n]);
+            let state = vec![0.5; 3 * model.n_joints()];
+            let _ = predictor.predict_into(&mut predictor.scratch(), &state, &mut mean, &mut var);
+        }
+        assert!(n_refused > 4_000, "{n_refused}");
+    }
 
     #[test]
     fn hostile_lengths_behind_a_valid_checksum_are_refused() {
