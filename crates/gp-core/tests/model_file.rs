@@ -88,6 +88,14 @@ fn ten_thousand_flipped_bytes_are_all_refused() {
 }
 
 #[test]
+fn the_checksum_covers_the_header() {
+    let mut bytes = all_kinds(12).to_bytes();
+    bytes[8] = 0;
+    let error = TorqueModel::from_bytes(&bytes).unwrap_err();
+    assert_eq!(error, ModelFileError::Altered);
+}
+
+#[test]
 fn surplus_bytes_are_refused() {
     let mut bytes = all_kinds(12).to_bytes();
     bytes.push(0);
