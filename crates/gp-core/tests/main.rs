@@ -16,6 +16,7 @@ mod eq_22;
 mod failures;
 mod fixture;
 mod low_rank_posterior;
+mod memory;
 mod model_file;
 mod optimizer;
 mod predictor;
