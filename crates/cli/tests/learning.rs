@@ -241,7 +241,9 @@ fn many_rows_are_predicted_in_blocks_without_a_seam() {
     folder.run("fit --data train.csv --model lrc --joints 2 --output model.tgp");
     let all = rows(0, 2500);
     folder.write("all.csv", &all);
-    folder.run("predict --model model.tgp --input all.csv --output y.csv --tau-prefix m");
+    let note =
+        folder.run("predict --model model.tgp --input all.csv --output y.csv --tau-prefix m");
+    assert!(note.contains("2500 rows written to y.csv"), "{note}");
     let y = folder.read("y.csv");
     let model = load(&folder, "model.tgp");
     let expected = &model.predict(states(&all).as_ref()).unwrap()[0];

@@ -212,11 +212,22 @@ fn data_that_does_not_fit_the_model() {
     let message = folder.refusal("evaluate --model model.tgp --data no_tau.csv");
     let expected = "no_tau.csv: missing column: tau4; found: ";
     assert!(message.starts_with(expected), "{message}");
-    let huge = format!("{}\n{}\n", state_header(), ["1e200"; 18].join(","));
-    folder.write("huge.csv", huge);
-    let message = folder.refusal(&format!("{predict} huge.csv"));
-    let expected = "huge.csv: row 1: the state is so large that ";
-    assert!(message.starts_with(expected), "{message}");
     let both = folder.refuse(&format!("{predict} test.csv --latent --observed"));
     assert!(both.contains("cannot be used with"), "{both}");
+}
+
+#[test]
+fn states_at_which_the_model_overflows_are_named_by_row() {
+    let folder = folder(40);
+    folder.run("fit --data train.csv --model lrc --joints 1,4 --output model.tgp");
+    // In the second block of rows.
+    let mut lines = vec![["0.5"; 18].join(","); 1500];
+    lines.push(["1e200"; 18].join(","));
+    folder.write(
+        "huge.csv",
+        format!("{}\n{}\n", state_header(), lines.join("\n")),
+    );
+    let message = folder.refusal("predict --model model.tgp --input huge.csv --output y.csv");
+    let expected = "huge.csv: row 1501: the state is so large that the torque of `joint1` is not a finite number";
+    assert_eq!(message, expected);
 }

@@ -79,7 +79,7 @@ pub struct Args {
 /// The four models of one joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum ModelArg {
-    /// Gaussian process with Coulomb friction: the most accurate; n rows take time n³, memory 16 n² bytes
+    /// Gaussian process with Coulomb friction: the most accurate
     Gpc,
     /// Gaussian process without Coulomb friction
     Gp,
@@ -182,7 +182,7 @@ fn check(file: &str, samples: &Samples, columns: &DataColumns) -> Result<(), Cli
     if n_rows > MANY_ROWS {
         let gigabytes = 16.0 * (n_rows as f64).powi(2) / 1e9;
         messages::warning(format!(
-            "{file}: {n_rows} rows: a Gaussian process takes about {gigabytes:.0} GB for each joint learned at a time"
+            "{file}: {n_rows} rows: a Gaussian process may take {gigabytes:.0} GB for each joint learned at a time"
         ));
     }
     Ok(())
