@@ -2,13 +2,12 @@
 //!
 //! Two naming schemes: `q1, qd1, qdd1, …` by number, or `q_<joint>, qd_<joint>, qdd_<joint>, …` by name.
 
-use puma_dyn::{JointKind, Model};
-
 use crate::error::CliError;
+use crate::joints::Joints;
 use crate::table::NumberColumn;
 
 /// Prefixes of the state columns, in the order of x = (q, qd, qdd).
-const QUANTITIES: [&str; 3] = ["q", "qd", "qdd"];
+pub const QUANTITIES: [&str; 3] = ["q", "qd", "qdd"];
 
 /// How a file names the joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,16 +59,16 @@ impl Naming {
 }
 
 impl StateColumns {
-    /// Finds the state columns of a robot in a header.
+    /// Finds the state columns of the joints in a header.
     ///
     /// # Errors
     /// Missing columns, columns by number of more joints than the robot has, and a header that holds states
     /// under both naming schemes.
-    pub fn find(file: &str, header: &[String], model: &Model) -> Result<Self, CliError> {
-        let joints = model.joint_names();
+    pub fn find(file: &str, header: &[String], joints: &Joints) -> Result<Self, CliError> {
+        let names = &joints.names;
         let present = |naming: Naming| {
             naming
-                .state_columns(joints)
+                .state_columns(names)
                 .iter()
                 .filter(|name| header.contains(name))
                 .count()
@@ -78,8 +77,8 @@ impl StateColumns {
         if numbered > 0 && named > 0 {
             let reason = format!(
                 "states are given both by number ({}, …) and by joint name ({}, …); keep one of the two",
-                first_present(Naming::Numbered, joints, header),
-                first_present(Naming::Named, joints, header),
+                first_present(Naming::Numbered, names, header),
+                first_present(Naming::Named, names, header),
             );
             return Err(CliError::Columns {
                 file: file.to_owned(),
@@ -93,22 +92,23 @@ impl StateColumns {
             Naming::Numbered
         };
         check(file, header, joints, naming)?;
-        Ok(Self::of(header, model, naming))
+        Ok(Self::of(header, joints, naming))
     }
 
     /// Columns of a header in which every state is known to be present.
-    fn of(header: &[String], model: &Model, naming: Naming) -> Self {
-        let names = naming.state_columns(model.joint_names());
+    fn of(header: &[String], joints: &Joints, naming: Naming) -> Self {
+        let n_joints = joints.names.len();
+        let names = naming.state_columns(&joints.names);
         let states: Vec<NumberColumn> = names
             .into_iter()
             .enumerate()
             .filter_map(|(position, name)| {
-                let joint_idx = position % model.n_joints();
+                let (derivative, joint_idx) = (position / n_joints, position % n_joints);
                 Some(NumberColumn {
                     idx: header.iter().position(|column| *column == name)?,
                     name,
-                    joint: model.joint_names()[joint_idx].clone(),
-                    unit: unit(position / model.n_joints(), model.joint_kind(joint_idx)),
+                    joint: joints.names[joint_idx].clone(),
+                    unit: joints.unit(derivative, joint_idx),
                 })
             })
             .collect();
@@ -119,18 +119,9 @@ impl StateColumns {
             naming,
             states,
             extra,
-            strangers: strangers(header, model.joint_names(), naming),
+            strangers: strangers(header, &joints.names, naming),
         }
     }
-}
-
-/// Unit of q, qd or qdd.
-fn unit(derivative: usize, kind: JointKind) -> &'static str {
-    let units = match kind {
-        JointKind::Prismatic => ["m", "m/s", "m/s²"],
-        _ => ["rad", "rad/s", "rad/s²"],
-    };
-    units[derivative]
 }
 
 fn first_present(naming: Naming, joints: &[String], header: &[String]) -> String {
@@ -142,14 +133,14 @@ fn first_present(naming: Naming, joints: &[String], header: &[String]) -> String
 }
 
 /// Refuses missing states, and columns by number of more joints than the robot has.
-fn check(file: &str, header: &[String], joints: &[String], naming: Naming) -> Result<(), CliError> {
+fn check(file: &str, header: &[String], joints: &Joints, naming: Naming) -> Result<(), CliError> {
     let file = || file.to_owned();
     let missing: Vec<String> = naming
-        .state_columns(joints)
+        .state_columns(&joints.names)
         .into_iter()
         .filter(|name| !header.contains(name))
         .collect();
-    let strangers = strangers(header, joints, naming);
+    let strangers = strangers(header, &joints.names, naming);
     if !missing.is_empty() {
         let hint = hint(header, joints, &strangers);
         return Err(CliError::MissingColumns {
@@ -160,10 +151,11 @@ fn check(file: &str, header: &[String], joints: &[String], naming: Naming) -> Re
         });
     }
     if naming == Naming::Numbered && !strangers.is_empty() {
+        let whose = joints.whose;
         let reason = format!(
-            "the robot has only {} ({}), but there is also: {}; is it the right robot?",
-            count(joints),
-            joints.join(", "),
+            "the {whose} has only {} ({}), but there is also: {}; is it the right {whose}?",
+            count(&joints.names),
+            joints.names.join(", "),
             strangers.join(", "),
         );
         return Err(CliError::Columns {
@@ -197,25 +189,30 @@ fn is_state(name: &str, naming: Naming) -> bool {
     })
 }
 
-/// What the robot needs, which columns belong to no joint of it, and the wrong separator if that is the cause.
-fn hint(header: &[String], joints: &[String], strangers: &[String]) -> String {
-    let n = joints.len();
-    let first = joints.first().map_or("", String::as_str);
+/// What is needed, which columns belong to no joint of it, and the wrong separator if that is the cause.
+fn hint(header: &[String], joints: &Joints, strangers: &[String]) -> String {
+    let n = joints.names.len();
+    let first = joints.names.first().map_or("", String::as_str);
     let needs = format!(
-        "The robot has {} ({}) and needs q1..q{n}, qd1..qd{n}, qdd1..qdd{n}, or q_{first}, …, qd_{first}, …, qdd_{first}, …",
-        count(joints),
-        joints.join(", "),
+        "The {} has {} ({}) and needs q1..q{n}, qd1..qd{n}, qdd1..qdd{n}, or q_{first}, …, qd_{first}, …, qdd_{first}, …",
+        joints.whose,
+        count(&joints.names),
+        joints.names.join(", "),
     );
     let foreign = match strangers {
         [] => String::new(),
         _ => format!("; columns of no joint of it: {}", strangers.join(", ")),
     };
-    let separator = match header {
+    format!("{needs}{foreign}{}", separator_hint(header))
+}
+
+/// What to say of a header that is one column because its separator is not the comma.
+pub fn separator_hint(header: &[String]) -> &'static str {
+    match header {
         [only] if only.contains(';') => "; separate the columns by commas, not semicolons",
         [only] if only.contains('\t') => "; separate the columns by commas, not tabs",
         _ => "",
-    };
-    format!("{needs}{foreign}{separator}")
+    }
 }
 
 fn count(joints: &[String]) -> String {

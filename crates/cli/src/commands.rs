@@ -1,4 +1,8 @@
 //! The commands, one file each.
 
+pub mod evaluate;
+pub mod fit;
 pub mod inverse_dynamics;
+pub mod likelihood;
+pub mod predict;
 pub mod simulate;

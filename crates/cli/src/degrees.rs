@@ -43,6 +43,23 @@ impl DegreesWatch {
         }
     }
 
+    /// A watch over positions of a robot that is not known: all may be angles, and none has limits.
+    pub fn without_robot(positions: &[NumberColumn]) -> Self {
+        let columns = positions.iter().map(|column| Column {
+            name: column.name.clone(),
+            joint: column.joint.clone(),
+            limits: None,
+            is_angle: true,
+            beyond_turn: 0,
+            outside_limits: 0,
+            largest: 0.0,
+        });
+        Self {
+            columns: columns.collect(),
+            n_rows: 0,
+        }
+    }
+
     /// Looks at the positions of one row.
     pub fn see(&mut self, q: &[f64]) {
         self.n_rows += 1;

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use gp_core::{GpError, ModelFileError};
 use puma_dyn::DynError;
 use thiserror::Error;
 
@@ -121,6 +122,32 @@ pub enum CliError {
         file: String,
         /// Which key and why.
         reason: String,
+    },
+    /// A hyperparameter file that says something impossible.
+    #[error("{file}: {reason}")]
+    Hyperparameters {
+        /// Path.
+        file: String,
+        /// Which key and why.
+        reason: String,
+    },
+    /// A file that is no model, or not a whole one.
+    #[error("{file}: {cause}")]
+    ModelFile {
+        /// Path.
+        file: String,
+        /// What is wrong with it.
+        cause: ModelFileError,
+    },
+    /// Data from which nothing can be learned or predicted.
+    #[error("{file}: joint `{joint}`: {cause}")]
+    Joint {
+        /// Path of the data.
+        file: String,
+        /// Name of the joint.
+        joint: String,
+        /// Why.
+        cause: Box<GpError>,
     },
     /// Options that do not fit together, or a path that cannot be used.
     #[error("{0}")]

@@ -1,32 +1,46 @@
-//! `torque-gp`: inverse dynamics of robot arms from the command line.
+//! `torque-gp`: inverse dynamics of robot arms, computed and learned, from the command line.
 //!
 //! Every command either succeeds, or says in one message what is wrong and where, leaves no output file and
 //! exits with status 2. Warnings and notes go to standard error, results to files or standard output.
 
 mod columns;
 mod commands;
+mod context;
 mod degrees;
 mod error;
 mod format;
+mod header_joints;
+mod hyperparameter_file;
+mod joints;
+#[cfg(test)]
+mod malformed;
 mod messages;
+mod method;
+mod model_file;
 mod output;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 mod payload_file;
+mod range_watch;
+mod result_table;
 mod robot;
+mod samples;
+mod score;
 mod table;
+mod text_table;
+mod toml_fault;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{inverse_dynamics, simulate};
+use crate::commands::{evaluate, fit, inverse_dynamics, likelihood, predict, simulate};
 use crate::error::CliError;
 
 /// Exit status for bad input or usage, the same as clap's own.
 const BAD_INPUT: u8 = 2;
 
-/// Inverse dynamics of robot arms: torques from positions, speeds and accelerations.
+/// Inverse dynamics of robot arms: torques from positions, speeds and accelerations, by physics or learned from data.
 ///
 /// SI units everywhere: rad, rad/s, rad/s², N·m, kg, m (m, m/s, m/s², N for sliding joints).
 #[derive(Parser)]
@@ -40,12 +54,20 @@ struct Cli {
 enum Command {
     InverseDynamics(inverse_dynamics::Args),
     Simulate(simulate::Args),
+    Fit(fit::Args),
+    Predict(predict::Args),
+    Evaluate(evaluate::Args),
+    Likelihood(likelihood::Args),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::InverseDynamics(args) => inverse_dynamics::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Fit(args) => fit::run(&args),
+        Command::Predict(args) => predict::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
+        Command::Likelihood(args) => likelihood::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

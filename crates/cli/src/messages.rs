@@ -20,3 +20,8 @@ pub fn note(text: impl Display) {
 pub fn error(text: impl Display) {
     eprintln!("error: {text}");
 }
+
+/// A report of several lines that needs no kind.
+pub fn report(text: impl Display) {
+    eprint!("{text}");
+}

@@ -16,6 +16,7 @@ use serde::Deserialize;
 
 use crate::error::CliError;
 use crate::robot::Robot;
+use crate::toml_fault::fault;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -86,13 +87,6 @@ impl PayloadToml {
         };
         payload.map_err(|error| error.to_string())
     }
-}
-
-/// What the parser refuses, in one line with its place.
-fn fault(text: &str, error: &toml::de::Error) -> String {
-    let at = error.span().map_or(0, |span| span.start).min(text.len());
-    let line = text[..at].matches('\n').count() + 1;
-    format!("line {line}: {}", error.message())
 }
 
 /// The link moved by the last joint, if the moving joints form one chain.

@@ -3,7 +3,7 @@
 //! A byte-order mark, CRLF line ends, quoted fields and blanks around names and numbers are accepted.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufReader, Cursor, Read};
 use std::path::Path;
 
 use csv::{ErrorKind, ReaderBuilder, StringRecord};
@@ -49,13 +49,19 @@ impl Table {
     /// # Errors
     /// A file that cannot be read, is empty, starts with numbers, or names a column twice.
     pub fn open(path: &Path) -> Result<Self, CliError> {
-        let (file, source): (String, Box<dyn Read>) = if path == Path::new("-") {
-            ("standard input".to_owned(), Box::new(io::stdin()))
-        } else {
-            let file = path.display().to_string();
-            let source = open_file(path).map_err(CliError::io("read", file.clone()))?;
-            (file, Box::new(BufReader::new(source)))
-        };
+        let (file, source) = open_source(path)?;
+        Self::from_source(file, source)
+    }
+
+    /// A table whose bytes are all read, and `file` as its name in messages.
+    ///
+    /// # Errors
+    /// As for [`Table::open`].
+    pub fn from_bytes(file: String, bytes: Vec<u8>) -> Result<Self, CliError> {
+        Self::from_source(file, Box::new(Cursor::new(bytes)))
+    }
+
+    fn from_source(file: String, source: Box<dyn Read>) -> Result<Self, CliError> {
         let mut reader = ReaderBuilder::new().flexible(true).from_reader(source);
         let header = reader
             .headers()
@@ -122,12 +128,12 @@ impl Table {
     }
 }
 
-impl Row<'_> {
+impl<'a> Row<'a> {
     /// A field as it is written.
     ///
     /// # Panics
     /// If the table has no such column.
-    pub fn text(&self, idx: usize) -> &str {
+    pub fn text(&self, idx: usize) -> &'a str {
         &self.fields[idx]
     }
 
@@ -151,6 +157,28 @@ impl Row<'_> {
             problem,
         })
     }
+}
+
+/// All bytes of a file, or of standard input for `-`, after its name in messages.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn read_bytes(path: &Path) -> Result<(String, Vec<u8>), CliError> {
+    let (file, mut source) = open_source(path)?;
+    let mut bytes = Vec::new();
+    source
+        .read_to_end(&mut bytes)
+        .map_err(CliError::io("read", file.clone()))?;
+    Ok((file, bytes))
+}
+
+fn open_source(path: &Path) -> Result<(String, Box<dyn Read>), CliError> {
+    if path == Path::new("-") {
+        return Ok(("standard input".to_owned(), Box::new(io::stdin())));
+    }
+    let file = path.display().to_string();
+    let source = open_file(path).map_err(CliError::io("read", file.clone()))?;
+    Ok((file, Box::new(BufReader::new(source))))
 }
 
 /// Opens a file for reading; a directory is an error at once, not at the first byte.

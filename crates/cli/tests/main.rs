@@ -4,7 +4,12 @@
 
 mod command;
 mod inverse_dynamics;
+mod learning;
+mod learning_refusals;
+mod likelihood;
 mod payloads;
+mod puma_samples;
 mod readme;
 mod refusals;
 mod simulate;
+mod spoilt_files;

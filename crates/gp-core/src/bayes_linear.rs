@@ -28,6 +28,16 @@ pub enum LinearForm {
     Coulomb,
 }
 
+impl LinearForm {
+    /// Length p of x̃: 3ℓ covariates, the signs if there are any, and the constant.
+    pub(crate) fn n_features(self, n_joints: usize) -> usize {
+        match self {
+            Self::Smooth => 3 * n_joints + 1,
+            Self::Coulomb => 4 * n_joints + 1,
+        }
+    }
+}
+
 /// Posterior over the weights of a linear model.
 ///
 /// ```text
@@ -76,6 +86,36 @@ impl BayesLinear {
             weights,
             r,
         })
+    }
+
+    /// The posterior with given weights and R, as a model file holds them.
+    ///
+    /// # Panics
+    /// If the shapes do not agree.
+    pub(crate) fn from_parts(
+        form: LinearForm,
+        n_joints: usize,
+        weights: Vec<f64>,
+        r: Mat<f64>,
+    ) -> Self {
+        assert_eq!(weights.len(), form.n_features(n_joints));
+        assert_eq!((r.nrows(), r.ncols()), (weights.len(), weights.len()));
+        Self {
+            form,
+            n_joints,
+            weights,
+            r,
+        }
+    }
+
+    /// Number of joints ℓ.
+    pub fn n_joints(&self) -> usize {
+        self.n_joints
+    }
+
+    /// R in the upper triangle, (p, p).
+    pub(crate) fn r(&self) -> MatRef<'_, f64> {
+        self.r.as_ref()
     }
 
     /// Posterior mean of β: covariates, then signs (LRc only), then the constant.

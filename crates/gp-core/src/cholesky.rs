@@ -58,6 +58,15 @@ impl Factor {
         Ok(Self { l: k })
     }
 
+    /// The factor whose L stands in the lower triangle of a square matrix.
+    ///
+    /// # Panics
+    /// If the matrix is not square.
+    pub(crate) fn from_lower(l: Mat<f64>) -> Self {
+        assert_eq!(l.nrows(), l.ncols(), "a Cholesky factor is square");
+        Self { l }
+    }
+
     /// Order n of the matrix.
     pub fn order(&self) -> usize {
         self.l.nrows()

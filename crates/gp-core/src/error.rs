@@ -78,6 +78,12 @@ pub enum GpError {
         /// Starts tried.
         n_starts: usize,
     },
+    /// The parts of a robot's model do not fit together.
+    #[error("inconsistent model: {what}")]
+    InconsistentModel {
+        /// Which parts, with their numbers.
+        what: String,
+    },
     /// The hyperparameters of a start are unusable.
     #[error(transparent)]
     Kernel(#[from] kernels::KernelError),

@@ -13,6 +13,7 @@ mod init;
 mod log_marginal;
 mod low_rank;
 mod low_rank_posterior;
+mod model;
 pub mod optimize;
 mod orthogonal;
 mod pivot_choice;
@@ -31,5 +32,9 @@ pub use log_marginal::{
     LogMarginal, log_marginal_likelihood, log_marginal_likelihood_with_gradient,
 };
 pub use low_rank_posterior::{LowRankParts, LowRankPosterior};
+pub use model::{
+    FORMAT_VERSION, FitSummary, JointModel, JointPrediction, ModelFileError, ModelKind, Predictor,
+    PredictorScratch, ProcessModel, Provenance, TorqueModel, TrainingRanges,
+};
 pub use optimize::StopReason;
 pub use posterior::{Posterior, Prediction};

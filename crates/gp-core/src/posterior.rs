@@ -72,6 +72,28 @@ impl<C: Covariance> Posterior<C> {
         })
     }
 
+    /// The posterior with given parts, as a model file holds them.
+    ///
+    /// # Panics
+    /// If the shapes do not agree.
+    pub(crate) fn from_parts(
+        covariance: C,
+        noise_std: f64,
+        x: Mat<f64>,
+        alpha: Vec<f64>,
+        factor: Factor,
+    ) -> Self {
+        assert_eq!(alpha.len(), x.nrows());
+        assert_eq!(factor.order(), x.nrows());
+        Self {
+            covariance,
+            noise_std,
+            x,
+            alpha,
+            factor,
+        }
+    }
+
     /// The covariance function c.
     pub fn covariance(&self) -> &C {
         &self.covariance

@@ -6,6 +6,7 @@
     reason = "values worked by hand are exact in binary"
 )]
 
+mod allocations;
 mod certified;
 mod curves;
 mod eq_04;
@@ -16,6 +17,9 @@ mod failures;
 mod fixture;
 mod low_rank_posterior;
 mod memory;
+mod model_file;
 mod optimizer;
+mod predictor;
 mod recovery;
 mod samples;
+mod torque_models;

@@ -1,7 +1,5 @@
 //! `torque-gp inverse-dynamics`: a CSV of states in, a CSV of torques out, row by row.
 
-use std::borrow::Cow;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use puma_dyn::{Context, TorqueTerms, Workspace, rnea, torque_terms};
@@ -9,10 +7,11 @@ use puma_dyn::{Context, TorqueTerms, Workspace, rnea, torque_terms};
 use crate::columns::StateColumns;
 use crate::degrees::DegreesWatch;
 use crate::error::CliError;
-use crate::format::write_numbers;
+use crate::joints::Joints;
 use crate::messages;
 use crate::output::{self, Output};
 use crate::payload_file;
+use crate::result_table::{self, ResultTable};
 use crate::robot::{Robot, RobotArgs};
 use crate::table::{Row, Table};
 
@@ -100,10 +99,13 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         None => Context::empty(),
     };
     let table = Table::open(&args.input)?;
-    let columns = StateColumns::find(table.file(), &table.column_names(), &robot.model)?;
+    let columns = StateColumns::find(
+        table.file(),
+        &table.column_names(),
+        &Joints::of_robot(&robot.model),
+    )?;
     warn_of_strangers(table.file(), &columns);
     let mut job = Job::new(args, &robot, &context, &table, columns)?;
-    job.check_names(table.file())?;
     let mut output = Output::create(&args.output)?;
     let n_rows = job.convert(table, &mut output)?;
 
@@ -129,9 +131,7 @@ struct Job<'a> {
     robot: &'a Robot,
     context: &'a Context,
     columns: StateColumns,
-    /// Positions of the columns to copy, and the header of the output.
-    copied: Vec<usize>,
-    header: Vec<String>,
+    result: ResultTable,
     degrees: DegreesWatch,
     workspace: Workspace,
     terms: Option<TorqueTerms>,
@@ -152,28 +152,21 @@ impl<'a> Job<'a> {
         if n_joints == 0 {
             return Err(CliError::Usage("the robot has no moving joint".to_owned()));
         }
-        let names = table.column_names();
-        let copied = if args.keep_states {
-            (0..names.len()).collect()
-        } else {
-            columns.extra.clone()
-        };
         let terms = args.terms.then(|| TorqueTerms::new(model));
         let torques = columns
             .naming
             .columns(&args.tau_prefix, model.joint_names());
-        let mut header: Vec<String> = copied.iter().map(|&idx| names[idx].clone()).collect();
-        header.extend(torques.iter().cloned());
+        let mut added = torques.clone();
         for (term, _) in terms.iter().flat_map(TorqueTerms::named) {
-            header.extend(torques.iter().map(|torque| format!("{torque}_{term}")));
+            added.extend(torques.iter().map(|torque| format!("{torque}_{term}")));
         }
+        let result = ResultTable::new(table, &columns, args.keep_states, added)?;
         Ok(Self {
             robot,
             context,
             degrees: DegreesWatch::new(model, &columns.states[..n_joints]),
             columns,
-            copied,
-            header,
+            result,
             workspace: Workspace::new(model),
             terms,
             x: vec![0.0; 3 * n_joints],
@@ -181,31 +174,10 @@ impl<'a> Job<'a> {
         })
     }
 
-    /// Refuses an input that already has one of the result's columns.
-    fn check_names(&self, file: &str) -> Result<(), CliError> {
-        let (copied, added) = self.header.split_at(self.copied.len());
-        let twice: Vec<&str> = added
-            .iter()
-            .filter(|name| copied.contains(name))
-            .map(String::as_str)
-            .collect();
-        if twice.is_empty() {
-            return Ok(());
-        }
-        let reason = format!(
-            "already has the result's columns {}; give the result other names with --tau-prefix, such as --tau-prefix model_tau",
-            twice.join(", "),
-        );
-        Err(CliError::Columns {
-            file: file.to_owned(),
-            reason,
-        })
-    }
-
     /// Reads all rows and writes as many; returns their number.
     fn convert(&mut self, mut table: Table, output: &mut Output) -> Result<u64, CliError> {
         let mut n_rows = 0;
-        self.write_header(output)?;
+        self.result.write_header(output)?;
         let file = output.name().to_owned();
         while let Some(row) = table.next_row()? {
             self.torques(row)?;
@@ -251,39 +223,11 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
-    fn write_header(&self, output: &mut Output) -> Result<(), CliError> {
-        let line = self
-            .header
-            .iter()
-            .map(|name| quoted(name))
-            .collect::<Vec<_>>()
-            .join(",");
-        writeln!(output, "{line}").map_err(CliError::io("write", output.name()))
+    fn write_row(&self, row: Row<'_>, output: &mut Output) -> std::io::Result<()> {
+        let terms = self.terms.iter().flat_map(TorqueTerms::named);
+        let numbers = std::iter::once(&self.tau[..]).chain(terms.map(|(_, values)| values));
+        result_table::write_row(self.result.copied_fields(row), numbers.flatten(), output)
     }
-
-    fn write_row(&self, row: Row<'_>, output: &mut Output) -> io::Result<()> {
-        let mut separator = "";
-        for &idx in &self.copied {
-            write!(output, "{separator}{}", quoted(row.text(idx)))?;
-            separator = ",";
-        }
-        for number in &self.tau {
-            write!(output, "{separator}{number:?}")?;
-            separator = ",";
-        }
-        for (_, values) in self.terms.iter().flat_map(TorqueTerms::named) {
-            write_numbers(output, values)?;
-        }
-        writeln!(output)
-    }
-}
-
-/// A field as CSV: in quotes if it holds a comma, a quote or a line end.
-fn quoted(text: &str) -> Cow<'_, str> {
-    if text.contains([',', '"', '\n', '\r']) {
-        return Cow::Owned(format!("\"{}\"", text.replace('"', "\"\"")));
-    }
-    Cow::Borrowed(text)
 }
 
 fn check_is_csv(path: &Path) -> Result<(), CliError> {

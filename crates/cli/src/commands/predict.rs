@@ -1,0 +1,219 @@
+//! `torque-gp predict`: a CSV of states in, a CSV of learned torques and their uncertainty out.
+
+use std::path::PathBuf;
+
+use faer::{Mat, MatRef};
+use gp_core::{JointPrediction, TorqueModel};
+
+use crate::columns::StateColumns;
+use crate::degrees::DegreesWatch;
+use crate::error::CliError;
+use crate::messages;
+use crate::model_file;
+use crate::output::{self, Output};
+use crate::range_watch::RangeWatch;
+use crate::result_table::{self, ResultTable};
+use crate::table::{Row, Table};
+
+/// Rows predicted together.
+pub const BLOCK: usize = 1024;
+
+/// Torques of a learned model, mean and standard deviation, for every row of a CSV of states
+///
+/// INPUT has a header with q1..qN, qd1..qdN, qdd1..qddN (or q_<joint>, qd_<joint>, qdd_<joint>), in any column
+/// order, and one row per sample; other columns are copied to the output as they are.
+/// OUTPUT has those columns, then tau1, tau1_std, … (or tau_<joint>, tau_<joint>_std) of every learned joint,
+/// in N·m, one row per input row, in digits that read back exactly.
+///
+/// The standard deviation is that of the torque itself (latent); --observed adds the noise of a measurement.
+/// A warning counts the rows outside the range of the training data.
+#[derive(clap::Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Args {
+    /// Model file of `torque-gp fit`
+    #[arg(long, value_name = "FILE.tgp")]
+    model: PathBuf,
+
+    /// States; `-` is standard input
+    #[arg(long, value_name = "FILE.csv")]
+    input: PathBuf,
+
+    /// Torques; `-` is standard output
+    #[arg(long, value_name = "FILE.csv")]
+    output: PathBuf,
+
+    /// Standard deviations of the noise-free torque (the default)
+    #[arg(long, conflicts_with = "observed")]
+    latent: bool,
+
+    /// Standard deviations of a new measurement: those of the torque, and the noise
+    #[arg(long)]
+    observed: bool,
+
+    /// Copy the state columns to the output as well
+    #[arg(long)]
+    keep_states: bool,
+
+    /// Start of the result columns' names
+    #[arg(long, value_name = "NAME", default_value = "tau")]
+    tau_prefix: String,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  torque-gp predict --model model.tgp --input states.csv --output torques.csv
+  torque-gp predict --model model.tgp --input test.csv --tau-prefix model_tau --observed --output compared.csv
+  cat states.csv | torque-gp predict --model model.tgp --input - --output -
+
+Exit status: 0, or 2 for bad input or usage; then there is one message and no output file.";
+
+/// Reads the states, writes the predictions.
+///
+/// # Errors
+/// Anything wrong with the options or a file; no output is left.
+pub fn run(args: &Args) -> Result<(), CliError> {
+    output::check_not_an_input(&args.output, &[&args.model, &args.input])?;
+    let model = model_file::load(&args.model)?;
+    let table = Table::open(&args.input)?;
+    let file = table.file().to_owned();
+    let columns = StateColumns::find(&file, &table.column_names(), &model_file::joints(&model))?;
+    model_file::note_order(&file, &columns, &model);
+    let names = columns
+        .naming
+        .columns(&args.tau_prefix, model.joint_names());
+    let added = model.learned().iter().flat_map(|(joint_idx, _)| {
+        [
+            names[*joint_idx].clone(),
+            format!("{}_std", names[*joint_idx]),
+        ]
+    });
+    let mut job = Job {
+        result: ResultTable::new(&table, &columns, args.keep_states, added.collect())?,
+        ranges: RangeWatch::new(model.ranges()),
+        degrees: DegreesWatch::without_robot(&columns.states[..model.n_joints()]),
+        model: &model,
+        columns: &columns,
+        is_observed: args.observed,
+        states: Vec::new(),
+        copied: Vec::new(),
+        n_predicted: 0,
+    };
+    let mut output = Output::create(&args.output)?;
+    job.convert(table, &mut output)?;
+
+    job.degrees.doubts().into_iter().for_each(messages::warning);
+    job.ranges
+        .doubt(&file, &columns.states)
+        .into_iter()
+        .for_each(messages::warning);
+    let (name, n_rows) = (output.name().to_owned(), job.n_predicted);
+    output.commit()?;
+    let kind = if args.observed {
+        "with the noise of a measurement"
+    } else {
+        "of the noise-free torque"
+    };
+    messages::note(format!(
+        "{n_rows} rows written to {name} (standard deviations {kind})"
+    ));
+    Ok(())
+}
+
+/// Everything that a block of rows needs.
+struct Job<'a> {
+    model: &'a TorqueModel,
+    columns: &'a StateColumns,
+    result: ResultTable,
+    ranges: RangeWatch<'a>,
+    degrees: DegreesWatch,
+    is_observed: bool,
+    /// States of the block, row-major.
+    states: Vec<f64>,
+    /// Copied fields of each row of the block.
+    copied: Vec<Vec<String>>,
+    n_predicted: usize,
+}
+
+impl Job<'_> {
+    fn convert(&mut self, mut table: Table, output: &mut Output) -> Result<(), CliError> {
+        self.result.write_header(output)?;
+        let file = table.file().to_owned();
+        while let Some(row) = table.next_row()? {
+            self.take(row)?;
+            if self.copied.len() == BLOCK {
+                self.write_block(&file, output)?;
+            }
+        }
+        self.write_block(&file, output)
+    }
+
+    fn take(&mut self, row: Row<'_>) -> Result<(), CliError> {
+        let first = self.states.len();
+        for column in &self.columns.states {
+            self.states.push(row.number(column)?);
+        }
+        let x = &self.states[first..];
+        self.degrees.see(&x[..self.model.n_joints()]);
+        self.ranges.see(x);
+        let copied = self.result.copied_fields(row).map(str::to_owned);
+        self.copied.push(copied.collect());
+        Ok(())
+    }
+
+    /// Predicts and writes the block, and empties it.
+    fn write_block(&mut self, file: &str, output: &mut Output) -> Result<(), CliError> {
+        let n_covariates = self.columns.states.len();
+        let states = std::mem::take(&mut self.states);
+        let x = Mat::from_fn(self.copied.len(), n_covariates, |row, col| {
+            states[row * n_covariates + col]
+        });
+        let predictions = predict(self.model, x.as_ref(), file, self.n_predicted)?;
+        let mut numbers = Vec::with_capacity(2 * predictions.len());
+        for (row, copied) in self.copied.iter().enumerate() {
+            numbers.clear();
+            for joint in &predictions {
+                let noise_var = if self.is_observed {
+                    joint.noise_var
+                } else {
+                    0.0
+                };
+                numbers.extend([joint.mean[row], (joint.var[row] + noise_var).sqrt()]);
+            }
+            result_table::write_row(copied.iter().map(String::as_str), numbers.iter(), output)
+                .map_err(CliError::io("write", output.name()))?;
+        }
+        self.n_predicted += self.copied.len();
+        self.copied.clear();
+        Ok(())
+    }
+}
+
+/// Predictions at a block of at most [`BLOCK`] states, all finite.
+///
+/// # Errors
+/// States that are so large that the model overflows, with their row; `n_before` rows came before the block.
+pub fn predict(
+    model: &TorqueModel,
+    x: MatRef<'_, f64>,
+    file: &str,
+    n_before: usize,
+) -> Result<Vec<JointPrediction>, CliError> {
+    let unusable = |reason: String| CliError::Columns {
+        file: file.to_owned(),
+        reason,
+    };
+    let predictions = model
+        .predict(x)
+        .map_err(|error| unusable(error.to_string()))?;
+    for joint in &predictions {
+        let numbers = joint.mean.iter().zip(&joint.var);
+        let is_bad = |(mean, var): (&f64, &f64)| !(mean.is_finite() && var.is_finite());
+        if let Some(row) = numbers.into_iter().position(is_bad) {
+            let (row, name) = (n_before + row + 1, &model.joint_names()[joint.joint_idx]);
+            return Err(unusable(format!(
+                "row {row}: the state is so large that the torque of `{name}` is not a finite number"
+            )));
+        }
+    }
+    Ok(predictions)
+}

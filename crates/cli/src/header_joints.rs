@@ -1,0 +1,176 @@
+//! Which joints a table of data is about, when nothing but its header says so.
+
+use std::collections::BTreeSet;
+
+use crate::columns::{Naming, QUANTITIES, separator_hint};
+use crate::error::CliError;
+use crate::joints::Joints;
+
+/// How many missing columns a message lists.
+const LISTED: usize = 12;
+
+/// The joints of a header: `joint1`, `joint2`, … for numbered columns, or the names of `q_<joint>`, in file order.
+///
+/// Columns by name beside a full set by number count as other columns, unless they hold states as well.
+/// # Errors
+/// No states, states by number with gaps or from zero, joints without all of q, qd and qdd, and states under both
+/// naming schemes.
+pub fn joints_of(file: &str, header: &[String], tau_prefix: &str) -> Result<Joints, CliError> {
+    let numbers = joint_numbers(file, header, tau_prefix)?;
+    let names = joint_names(header);
+    let has_numbered_states = QUANTITIES.iter().any(|quantity| {
+        header
+            .iter()
+            .any(|name| number_of(name, quantity).is_some())
+    });
+    if !has_numbered_states && names.is_empty() {
+        return Err(no_states(file, header));
+    }
+    if !has_numbered_states {
+        require_all(file, header, Naming::Named, names.len(), |idx| {
+            names[idx].clone()
+        })?;
+        return Ok(Joints::by_name("data", names));
+    }
+    if let Some(name) = names.iter().find(|name| holds_states(header, name)) {
+        let reason = format!(
+            "states are given both by number (q1, …) and by joint name (q_{name}, …); keep one of the two"
+        );
+        return Err(columns_error(file, reason));
+    }
+    let n_joints = numbers.last().copied().unwrap_or_default();
+    require_all(file, header, Naming::Numbered, n_joints, |_| String::new())?;
+    let names = (1..=n_joints).map(|number| format!("joint{number}"));
+    Ok(Joints::by_name("data", names.collect()))
+}
+
+/// The indices of the joints asked for, by name or by number from 1, in ascending order.
+///
+/// # Errors
+/// A joint that the data does not have.
+pub fn chosen(option: &str, asked: &[String], joints: &Joints) -> Result<Vec<usize>, CliError> {
+    let found: Result<BTreeSet<usize>, CliError> = asked
+        .iter()
+        .map(|joint| {
+            joint_idx(joint.trim(), joints).ok_or_else(|| {
+                let (whose, known) = (joints.whose, joints.names.join(", "));
+                CliError::Usage(format!(
+                    "{option} {joint}: the {whose} has no such joint; it has {known} (or by number: 1 to {})",
+                    joints.names.len()
+                ))
+            })
+        })
+        .collect();
+    Ok(found?.into_iter().collect())
+}
+
+fn joint_idx(joint: &str, joints: &Joints) -> Option<usize> {
+    let by_name = joints.names.iter().position(|name| name == joint);
+    by_name.or_else(|| {
+        let number: usize = joint.parse().ok()?;
+        (1..=joints.names.len())
+            .contains(&number)
+            .then(|| number - 1)
+    })
+}
+
+/// The number in a column such as `qd3`: digits without leading zeros; too large a number is `usize::MAX`.
+fn number_of(name: &str, quantity: &str) -> Option<usize> {
+    let digits = name.strip_prefix(quantity)?;
+    let is_number = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+    let is_canonical = digits.len() == 1 || !digits.starts_with('0');
+    (is_number && is_canonical).then(|| digits.parse().unwrap_or(usize::MAX))
+}
+
+fn joint_numbers(
+    file: &str,
+    header: &[String],
+    tau_prefix: &str,
+) -> Result<BTreeSet<usize>, CliError> {
+    let quantities = QUANTITIES.iter().copied().chain([tau_prefix]);
+    let mut numbers = BTreeSet::new();
+    for quantity in quantities {
+        for name in header {
+            match number_of(name, quantity) {
+                Some(0) => {
+                    let reason =
+                        format!("column `{name}`: joints are numbered from 1, as q1, qd1, qdd1");
+                    return Err(columns_error(file, reason));
+                }
+                Some(number) => _ = numbers.insert(number),
+                None => {}
+            }
+        }
+    }
+    Ok(numbers)
+}
+
+/// Joints of columns `q_<joint>`, `qd_<joint>`, `qdd_<joint>`, in order of appearance.
+fn joint_names(header: &[String]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for quantity in QUANTITIES {
+        for column in header {
+            let name = column
+                .strip_prefix(quantity)
+                .and_then(|rest| rest.strip_prefix('_'))
+                .filter(|name| !name.is_empty());
+            if let Some(name) = name.filter(|name| !names.iter().any(|known| known == name)) {
+                names.push(name.to_owned());
+            }
+        }
+    }
+    names
+}
+
+/// Whether position and speed of a joint are both there by name.
+fn holds_states(header: &[String], joint: &str) -> bool {
+    let has = |quantity: &str| header.contains(&Naming::Named.column(quantity, 0, joint));
+    has("q") && has("qd")
+}
+
+fn require_all(
+    file: &str,
+    header: &[String],
+    naming: Naming,
+    n_joints: usize,
+    name: impl Fn(usize) -> String,
+) -> Result<(), CliError> {
+    // Lazy: a column such as q99999999 must not make a list of that length.
+    let mut missing: Vec<String> = (0..n_joints)
+        .flat_map(|idx| QUANTITIES.map(|quantity| naming.column(quantity, idx, &name(idx))))
+        .filter(|column| !header.contains(column))
+        .take(LISTED + 1)
+        .collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    if missing.len() > LISTED {
+        missing.truncate(LISTED);
+        missing.push("…".to_owned());
+    }
+    Err(CliError::MissingColumns {
+        file: file.to_owned(),
+        missing,
+        found: header.to_vec(),
+        hint: "Every joint needs its position q, speed qd and acceleration qdd".to_owned(),
+    })
+}
+
+fn no_states(file: &str, header: &[String]) -> CliError {
+    CliError::MissingColumns {
+        file: file.to_owned(),
+        missing: QUANTITIES.map(|quantity| format!("{quantity}1…")).into(),
+        found: header.to_vec(),
+        hint: format!(
+            "States are needed as q1..qN, qd1..qdN, qdd1..qddN, or q_<joint>, qd_<joint>, qdd_<joint>{}",
+            separator_hint(header)
+        ),
+    }
+}
+
+fn columns_error(file: &str, reason: String) -> CliError {
+    CliError::Columns {
+        file: file.to_owned(),
+        reason,
+    }
+}

@@ -1,0 +1,186 @@
+//! The hyperparameter TOML: the numbers of eq. (7) for one joint, and the noise.
+//!
+//! ```toml
+//! bias_std = 3.0                          # N·m
+//! linear_std = [1.0, 0.2, …]              # one per covariate q1..qN, qd1..qdN, qdd1..qddN; N·m per its unit
+//! signal_std = 5.0                        # N·m
+//! length_scales = [0.5, 0.7, …]           # one per covariate, in its unit
+//! coulomb_std = [1.0, 0.1, …]             # one per joint, N·m; without it: no Coulomb friction
+//! noise_std = 0.01                        # N·m
+//! ```
+
+use std::path::Path;
+
+use kernels::{Covariance, TorqueCovariance, TorqueForm};
+use serde::{Deserialize, Serialize};
+
+use crate::error::CliError;
+use crate::toml_fault::fault;
+
+/// One number for every hyperparameter: a value, or the derivative by it.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hyperparameters {
+    /// b.
+    pub bias_std: f64,
+    /// u, one per covariate.
+    pub linear_std: Vec<f64>,
+    /// v.
+    pub signal_std: f64,
+    /// l, one per covariate.
+    pub length_scales: Vec<f64>,
+    /// w, one per joint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coulomb_std: Option<Vec<f64>>,
+    /// σ.
+    pub noise_std: f64,
+}
+
+impl Hyperparameters {
+    /// Reads a file for a robot with so many joints.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not such a TOML, a list of the wrong length, a number that is not finite,
+    /// negative, or zero where that has no meaning.
+    pub fn load(path: &Path, n_joints: usize) -> Result<Self, CliError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(CliError::io("read", file.clone()))?;
+        let refuse = |reason: String| CliError::Hyperparameters {
+            file: file.clone(),
+            reason,
+        };
+        let parsed: Self = toml::from_str(&text).map_err(|error| refuse(fault(&text, &error)))?;
+        parsed.check(n_joints).map_err(refuse)?;
+        Ok(parsed)
+    }
+
+    /// The covariance function, without the noise.
+    ///
+    /// # Panics
+    /// If `n_joints` is zero or the lists are not for so many joints.
+    pub fn covariance(&self, n_joints: usize) -> TorqueCovariance {
+        let form = match self.coulomb_std {
+            None => TorqueForm::Smooth,
+            Some(_) => TorqueForm::Coulomb,
+        };
+        let mut covariance = TorqueCovariance::unit(n_joints, form);
+        // Not by its constructor, which refuses the zeros that switch a term off.
+        covariance.set_params(&self.theta());
+        covariance
+    }
+
+    /// The numbers of a vector in the order of (θ, σ) of this covariance.
+    ///
+    /// # Panics
+    /// If there is not one number per hyperparameter.
+    pub fn named(covariance: &TorqueCovariance, theta: &[f64]) -> Self {
+        let layout = covariance.layout();
+        assert_eq!(theta.len(), layout.len() + 1);
+        let vector = |name: &str| Some(theta[layout.range(name)?].to_vec());
+        let scalar = |name: &str| vector(name).and_then(|values| values.first().copied());
+        Self {
+            bias_std: scalar("bias_std").unwrap_or_default(),
+            linear_std: vector("linear_std").unwrap_or_default(),
+            signal_std: scalar("signal_std").unwrap_or_default(),
+            length_scales: vector("length_scales").unwrap_or_default(),
+            coulomb_std: vector("coulomb_std"),
+            noise_std: theta[layout.len()],
+        }
+    }
+
+    /// Every number with its name, counted from 1: `linear_std 4`.
+    pub fn entries(&self) -> Vec<(String, f64)> {
+        let lists = [
+            ("linear_std", Some(&self.linear_std)),
+            ("length_scales", Some(&self.length_scales)),
+            ("coulomb_std", self.coulomb_std.as_ref()),
+        ];
+        let [linear, lengths, coulomb] = lists.map(|(name, values)| {
+            let numbered = values.into_iter().flatten().enumerate();
+            numbered.map(move |(idx, value)| (format!("{name} {}", idx + 1), *value))
+        });
+        std::iter::once(("bias_std".to_owned(), self.bias_std))
+            .chain(linear)
+            .chain([("signal_std".to_owned(), self.signal_std)])
+            .chain(lengths)
+            .chain(coulomb)
+            .chain([("noise_std".to_owned(), self.noise_std)])
+            .collect()
+    }
+
+    /// θ in the order of the covariance.
+    fn theta(&self) -> Vec<f64> {
+        let mut theta = vec![self.bias_std];
+        theta.extend(&self.linear_std);
+        theta.push(self.signal_std);
+        theta.extend(&self.length_scales);
+        theta.extend(self.coulomb_std.iter().flatten());
+        theta
+    }
+
+    fn check(&self, n_joints: usize) -> Result<(), String> {
+        let n_covariates = 3 * n_joints;
+        let per_covariate = "one per covariate: q, then qd, then qdd of every joint";
+        check_count("linear_std", &self.linear_std, n_covariates, per_covariate)?;
+        check_count(
+            "length_scales",
+            &self.length_scales,
+            n_covariates,
+            per_covariate,
+        )?;
+        if let Some(coulomb_std) = &self.coulomb_std {
+            check_count("coulomb_std", coulomb_std, n_joints, "one per joint")?;
+            check_values("coulomb_std", coulomb_std, May::BeZero)?;
+        }
+        check_values("bias_std", &[self.bias_std], May::BeZero)?;
+        check_values("linear_std", &self.linear_std, May::BeZero)?;
+        check_values("signal_std", &[self.signal_std], May::BeZero)?;
+        check_values("length_scales", &self.length_scales, May::NotBeZero)?;
+        check_values("noise_std", &[self.noise_std], May::NotBeZero)
+    }
+}
+
+/// Whether zero has a meaning: it switches a term off, but nothing is zero long.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum May {
+    BeZero,
+    NotBeZero,
+}
+
+fn check_count(key: &str, values: &[f64], expected: usize, meaning: &str) -> Result<(), String> {
+    let found = values.len();
+    if found == expected {
+        return Ok(());
+    }
+    Err(format!(
+        "`{key}` has {found} entries; the data needs {expected} ({meaning})"
+    ))
+}
+
+fn check_values(key: &str, values: &[f64], may: May) -> Result<(), String> {
+    let is_bad = |value: &f64| {
+        let is_too_small = if may == May::BeZero {
+            *value < 0.0
+        } else {
+            *value <= 0.0
+        };
+        !value.is_finite() || is_too_small
+    };
+    let Some(idx) = values.iter().position(is_bad) else {
+        return Ok(());
+    };
+    let place = if values.len() > 1 {
+        format!(" entry {}", idx + 1)
+    } else {
+        String::new()
+    };
+    let bound = if may == May::BeZero {
+        "zero or more"
+    } else {
+        "greater than zero"
+    };
+    Err(format!(
+        "`{key}`{place} is {}, but must be finite and {bound}",
+        values[idx]
+    ))
+}

@@ -1,0 +1,167 @@
+//! Measured states and torques, read whole: what a model is learned from or judged by.
+
+use faer::Mat;
+
+use crate::columns::StateColumns;
+use crate::context::ContextFilter;
+use crate::degrees::DegreesWatch;
+use crate::error::CliError;
+use crate::header_joints::{chosen, joints_of};
+use crate::joints::{Joints, TORQUE_UNIT};
+use crate::table::{NumberColumn, Table};
+
+/// The joints of a table and the columns to read.
+#[derive(Debug)]
+pub struct DataColumns {
+    /// Joints in the order of x.
+    pub joints: Joints,
+    /// Where the states are.
+    pub states: StateColumns,
+    /// Where the torques of some joints are: index of the joint and column, in ascending order.
+    torques: Vec<(usize, NumberColumn)>,
+}
+
+/// Rows of a table of one context.
+#[derive(Debug)]
+pub struct Samples {
+    /// (n, 3ℓ), columns (q, qd, qdd).
+    pub x: Mat<f64>,
+    /// Torques of some joints, in ascending order of the joints.
+    pub torques: Vec<JointTorques>,
+    /// Name of the context; empty if the file does not say.
+    pub context: String,
+    /// What may be wrong with the data.
+    pub doubts: Vec<String>,
+}
+
+/// Measured torques of one joint.
+#[derive(Debug)]
+pub struct JointTorques {
+    /// Index of the joint.
+    pub joint_idx: usize,
+    /// (n,), N·m.
+    pub values: Vec<f64>,
+}
+
+impl DataColumns {
+    /// Finds states by the header alone, and the torques of the joints asked for, or else of all that have any.
+    ///
+    /// # Errors
+    /// Columns that are missing or ambiguous, joints that do not exist.
+    pub fn of_header(
+        table: &Table,
+        tau_prefix: &str,
+        option: &str,
+        asked: &[String],
+    ) -> Result<Self, CliError> {
+        let header = table.column_names();
+        let joints = joints_of(table.file(), &header, tau_prefix)?;
+        let states = StateColumns::find(table.file(), &header, &joints)?;
+        let wanted = if asked.is_empty() {
+            let torques = states.naming.columns(tau_prefix, &joints.names);
+            let present = |joint_idx: &usize| header.contains(&torques[*joint_idx]);
+            (0..joints.names.len()).filter(present).collect()
+        } else {
+            chosen(option, asked, &joints)?
+        };
+        Self::with_torques(table, joints, states, tau_prefix, &wanted)
+    }
+
+    /// Finds the states of known joints, and the torques of some of them.
+    ///
+    /// # Errors
+    /// Columns that are missing or ambiguous.
+    pub fn of_joints(
+        table: &Table,
+        joints: Joints,
+        tau_prefix: &str,
+        wanted: &[usize],
+    ) -> Result<Self, CliError> {
+        let states = StateColumns::find(table.file(), &table.column_names(), &joints)?;
+        Self::with_torques(table, joints, states, tau_prefix, wanted)
+    }
+
+    fn with_torques(
+        table: &Table,
+        joints: Joints,
+        states: StateColumns,
+        tau_prefix: &str,
+        wanted: &[usize],
+    ) -> Result<Self, CliError> {
+        let header = table.column_names();
+        let names = states.naming.columns(tau_prefix, &joints.names);
+        let found = |name: &String| header.iter().position(|column| column == name);
+        let torques: Vec<(usize, NumberColumn)> = wanted
+            .iter()
+            .filter_map(|&joint_idx| {
+                let column = NumberColumn {
+                    idx: found(&names[joint_idx])?,
+                    name: names[joint_idx].clone(),
+                    joint: joints.names[joint_idx].clone(),
+                    unit: TORQUE_UNIT,
+                };
+                Some((joint_idx, column))
+            })
+            .collect();
+        if torques.is_empty() || torques.len() < wanted.len() {
+            let asked: Vec<String> = if wanted.is_empty() {
+                names
+            } else {
+                wanted.iter().map(|&idx| names[idx].clone()).collect()
+            };
+            return Err(CliError::MissingColumns {
+                file: table.file().to_owned(),
+                missing: asked
+                    .into_iter()
+                    .filter(|name| found(name).is_none())
+                    .collect(),
+                found: header,
+                hint: "Torques are needed in N·m; --tau-prefix says how their columns begin"
+                    .to_owned(),
+            });
+        }
+        Ok(Self {
+            joints,
+            states,
+            torques,
+        })
+    }
+
+    /// Reads all rows of one context.
+    ///
+    /// # Errors
+    /// A field that is not a finite number, rows of several contexts, no row at all.
+    pub fn read(&self, mut table: Table, context: Option<&str>) -> Result<Samples, CliError> {
+        let mut filter = ContextFilter::new(table.file(), &table.column_names(), context)?;
+        let n_covariates = self.states.states.len();
+        let mut degrees = DegreesWatch::without_robot(&self.states.states[..n_covariates / 3]);
+        let mut states = Vec::new(); // row-major
+        let mut torques = vec![Vec::new(); self.torques.len()];
+        while let Some(row) = table.next_row()? {
+            if !filter.admits(row)? {
+                continue;
+            }
+            let first = states.len();
+            for column in &self.states.states {
+                states.push(row.number(column)?);
+            }
+            degrees.see(&states[first..first + n_covariates / 3]);
+            for (values, (_, column)) in torques.iter_mut().zip(&self.torques) {
+                values.push(row.number(column)?);
+            }
+        }
+        let n_rows = states.len() / n_covariates;
+        let joint_idxs = self.torques.iter().map(|(joint_idx, _)| *joint_idx);
+        Ok(Samples {
+            x: Mat::from_fn(n_rows, n_covariates, |row, col| {
+                states[row * n_covariates + col]
+            }),
+            torques: joint_idxs
+                .zip(torques)
+                .map(|(joint_idx, values)| JointTorques { joint_idx, values })
+                .collect(),
+            context: filter.finish(n_rows)?,
+            doubts: degrees.doubts(),
+        })
+    }
+}

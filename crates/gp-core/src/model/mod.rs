@@ -1,0 +1,20 @@
+//! What is learned for a robot: one torque model per joint, its file, and its predictor for a control loop.
+
+mod dot;
+mod file;
+mod joint_model;
+mod linear_predictor;
+mod packed_lower;
+mod predictor;
+mod process_predictor;
+mod provenance;
+mod record;
+mod torque_model;
+mod training_ranges;
+
+pub use file::{FORMAT_VERSION, ModelFileError};
+pub use joint_model::{FitSummary, JointModel, ModelKind, ProcessModel};
+pub use predictor::{Predictor, PredictorScratch};
+pub use provenance::Provenance;
+pub use torque_model::{JointPrediction, TorqueModel};
+pub use training_ranges::TrainingRanges;

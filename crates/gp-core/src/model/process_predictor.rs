@@ -1,0 +1,260 @@
+//! One Gaussian process at one state: the squared exponential on basis points, the rest in weights.
+
+use faer::MatRef;
+use kernels::{TorqueCovariance, exp_in_place, sgn};
+
+use crate::fit_posterior::FitPosterior;
+use crate::low_rank_posterior::LowRankPosterior;
+use crate::model::dot::{dot, dot_compensated};
+use crate::model::packed_lower::PackedLower;
+use crate::posterior::Posterior;
+
+/// Where a process keeps what it learned: its basis points and the factors of its variance.
+///
+/// ```text
+/// mean(x*) = k_P(x*)ᵀ β,   k_P(x*) = c(X_P, x*)
+/// φ = L⁻¹ k_P(x*)
+/// var(x*) = c(x*, x*) − |φ|²                      training points as the basis
+/// var(x*) = (c(x*, x*) − |φ|²)₊ + σ² |R⁻ᵀ φ|²     pivots of a low-rank K̂ as the basis
+/// ```
+/// # Shapes
+/// `points` (r, 3ℓ); `weights` β (r,); `l` (r, r): the factor of K + σ²I on training
+/// points, of K_PP on pivots; `noise` (Rᵀ (r, r), σ²) on pivots only.
+struct Basis<'a> {
+    covariance: &'a TorqueCovariance,
+    points: MatRef<'a, f64>,
+    weights: &'a [f64],
+    l: PackedLower,
+    noise: Option<(PackedLower, f64)>,
+}
+
+impl<'a> Basis<'a> {
+    fn training_points(posterior: &'a Posterior<TorqueCovariance>) -> Self {
+        Self {
+            covariance: posterior.covariance(),
+            points: posterior.x(),
+            weights: posterior.alpha(),
+            l: PackedLower::of(posterior.factor().l()),
+            noise: None,
+        }
+    }
+
+    fn pivots(posterior: &'a LowRankPosterior<TorqueCovariance>) -> Self {
+        let parts = posterior.parts();
+        let r_transposed = PackedLower::of(parts.noise_factor.transpose());
+        Self {
+            covariance: posterior.covariance(),
+            points: parts.pivots.as_ref(),
+            weights: &parts.weights,
+            l: PackedLower::of(parts.pivot_factor.as_ref()),
+            noise: Some((r_transposed, parts.noise_std * parts.noise_std)),
+        }
+    }
+}
+
+/// Prior variances of the terms of eq. (7) and the exponents' factors, in the form the loop uses.
+#[derive(Debug, Clone)]
+struct Terms {
+    bias_var: f64,
+    linear_var: Vec<f64>, // (3ℓ,)
+    signal_var: f64,
+    half_precision: Vec<f64>, // (3ℓ,) −1/(2 l_j²)
+    coulomb_var: Vec<f64>,    // (ℓ,), or empty for GP¬c
+}
+
+/// The mean's part that is linear in (1, x, sgn q̇).
+#[derive(Debug, Clone)]
+struct Folded {
+    bias: f64,
+    linear: Vec<f64>,  // (3ℓ,)
+    coulomb: Vec<f64>, // (ℓ,), or empty
+}
+
+/// A process ready to be asked at one state.
+#[derive(Debug, Clone)]
+pub(crate) struct ProcessPredictor {
+    terms: Terms,
+    folded: Folded,
+    points: Vec<f64>, // (r, 3ℓ), column after column
+    signs: Vec<f64>,  // (r, ℓ), column after column, or empty
+    /// v² β, (r,).
+    signal_weights: Vec<f64>,
+    l: PackedLower,
+    noise: Option<(PackedLower, f64)>,
+}
+
+impl ProcessPredictor {
+    pub fn new(posterior: &FitPosterior) -> Self {
+        Self::from_basis(match posterior {
+            FitPosterior::Dense(posterior) => Basis::training_points(posterior),
+            FitPosterior::LowRank(posterior) => Basis::pivots(posterior),
+        })
+    }
+
+    fn from_basis(basis: Basis<'_>) -> Self {
+        let terms = Terms::of(basis.covariance);
+        let n_joints = basis.covariance.n_joints();
+        let points: Vec<f64> = (basis.points.col_iter())
+            .flat_map(|column| column.iter().copied())
+            .collect();
+        let velocities = basis.points.subcols(n_joints, terms.coulomb_var.len());
+        let signs: Vec<f64> = (velocities.col_iter())
+            .flat_map(|column| column.iter().map(|velocity| sgn(*velocity)))
+            .collect();
+        Self {
+            folded: Folded::new(&terms, &points, &signs, basis.weights),
+            signal_weights: (basis.weights.iter())
+                .map(|weight| terms.signal_var * weight)
+                .collect(),
+            terms,
+            points,
+            signs,
+            l: basis.l,
+            noise: basis.noise,
+        }
+    }
+
+    /// Number of basis points r.
+    pub fn n_points(&self) -> usize {
+        self.signal_weights.len()
+    }
+
+    /// Mean and latent variance at x, with `signs` = sgn q̇ and two scratch vectors of r entries.
+    pub fn predict(
+        &self,
+        x: &[f64],
+        signs: &[f64],
+        correlations: &mut [f64],
+        k: &mut [f64],
+    ) -> (f64, f64) {
+        let arch = pulp::Arch::new();
+        arch.dispatch(
+            #[inline(always)]
+            || self.exponents_and_features(x, signs, correlations, k),
+        );
+        exp_in_place(correlations);
+        arch.dispatch(
+            #[inline(always)]
+            || self.mean_and_var(x, signs, correlations, k),
+        )
+    }
+
+    /// Writes −½ Σ_j ((x_j − p_j)/l_j)² and the rest of c(p, x) for every basis point p.
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    fn exponents_and_features(
+        &self,
+        x: &[f64],
+        signs: &[f64],
+        exponents: &mut [f64],
+        k: &mut [f64],
+    ) {
+        let terms = &self.terms;
+        exponents.fill(0.0);
+        k.fill(terms.bias_var);
+        for (j, half_precision) in terms.half_precision.iter().enumerate() {
+            let (x, column) = (x[j], column(&self.points, j, self.n_points()));
+            let weighted = terms.linear_var[j] * x;
+            for ((exponent, k), point) in exponents.iter_mut().zip(k.iter_mut()).zip(column) {
+                let difference = x - point;
+                *exponent += half_precision * (difference * difference);
+                *k += weighted * point;
+            }
+        }
+        for (j, coulomb_var) in terms.coulomb_var.iter().enumerate() {
+            let weighted = coulomb_var * signs[j];
+            for (k, sign) in k.iter_mut().zip(column(&self.signs, j, self.n_points())) {
+                *k += weighted * sign;
+            }
+        }
+    }
+
+    /// Completes k and overwrites it with L⁻¹k and R⁻ᵀL⁻¹k.
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    fn mean_and_var(
+        &self,
+        x: &[f64],
+        signs: &[f64],
+        correlations: &[f64],
+        k: &mut [f64],
+    ) -> (f64, f64) {
+        let n_signs = self.folded.coulomb.len();
+        let mean = dot(&self.signal_weights, correlations)
+            + dot(&self.folded.linear, x)
+            + dot(&self.folded.coulomb, &signs[..n_signs])
+            + self.folded.bias;
+
+        for (k, correlation) in k.iter_mut().zip(correlations) {
+            *k += self.terms.signal_var * correlation;
+        }
+        self.l.solve_in_place(k); // φ
+        let unexplained = self.terms.prior_var(x, &signs[..n_signs]) - dot(k, k);
+        // The comparison lets NaN through, which f64::max would turn into certainty.
+        let mut var = if unexplained < 0.0 { 0.0 } else { unexplained };
+        if let Some((r_transposed, noise_var)) = &self.noise {
+            r_transposed.solve_in_place(k);
+            var += noise_var * dot(k, k);
+        }
+        (mean, var)
+    }
+}
+
+/// Column j of a matrix of r rows, stored column after column.
+#[inline(always)]
+#[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+fn column(columns: &[f64], j: usize, n_rows: usize) -> &[f64] {
+    &columns[j * n_rows..(j + 1) * n_rows]
+}
+
+impl Terms {
+    fn of(covariance: &TorqueCovariance) -> Self {
+        let params = covariance.named_params();
+        let squares = |stds: &[f64]| stds.iter().map(|std| std * std).collect();
+        Self {
+            bias_var: params.bias_std * params.bias_std,
+            linear_var: squares(&params.linear_std),
+            signal_var: params.signal_std * params.signal_std,
+            half_precision: (params.length_scales.iter())
+                .map(|length| -0.5 / (length * length))
+                .collect(),
+            coulomb_var: squares(params.coulomb_std.as_deref().unwrap_or_default()),
+        }
+    }
+
+    /// c(x, x).
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    fn prior_var(&self, x: &[f64], signs: &[f64]) -> f64 {
+        let weighted = |vars: &[f64], values: &[f64]| -> f64 {
+            let terms = vars.iter().zip(values);
+            terms.map(|(var, value)| var * value * value).sum()
+        };
+        self.bias_var
+            + weighted(&self.linear_var, x)
+            + self.signal_var
+            + weighted(&self.coulomb_var, signs)
+    }
+}
+
+impl Folded {
+    /// ```text
+    /// Σ_p β_p (b² + Σ_j u_j² x_j p_j + Σ_j w_j² sgn(q̇_j) sgn(ṗ_j))
+    ///   = b² Σ_p β_p + Σ_j x_j [u_j² Σ_p β_p p_j] + Σ_j sgn(q̇_j) [w_j² Σ_p β_p sgn(ṗ_j)]
+    /// ```
+    /// The weights β can be large and cancel, so the sums over p are compensated.
+    fn new(terms: &Terms, points: &[f64], signs: &[f64], weights: &[f64]) -> Self {
+        let sums = |columns: &[f64], vars: &[f64]| -> Vec<f64> {
+            let sum = |column: &[f64]| {
+                dot_compensated(weights.iter().copied().zip(column.iter().copied()))
+            };
+            let of_column = |(j, var)| var * sum(column(columns, j, weights.len()));
+            vars.iter().enumerate().map(of_column).collect()
+        };
+        Self {
+            bias: terms.bias_var * dot_compensated(weights.iter().map(|weight| (*weight, 1.0))),
+            linear: sums(points, &terms.linear_var),
+            coulomb: sums(signs, &terms.coulomb_var),
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! The range of every covariate in the training data, to tell interpolation from extrapolation.
+
+use faer::MatRef;
+
+use crate::data::require_finite_inputs;
+use crate::error::GpError;
+
+/// Smallest and largest value of every covariate in the training data.
+///
+/// # Shapes
+/// `min`, `max` (3ℓ,) in the order (q, q̇, q̈): rad, rad/s, rad/s².
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrainingRanges {
+    min: Vec<f64>,
+    max: Vec<f64>,
+    n_samples: usize,
+}
+
+impl TrainingRanges {
+    /// The ranges of the columns of `x`, (n, 3ℓ).
+    ///
+    /// # Errors
+    /// [`GpError::TooFewSamples`] without a row, [`GpError::NonFiniteInput`].
+    pub fn of(x: MatRef<'_, f64>) -> Result<Self, GpError> {
+        if x.nrows() == 0 {
+            return Err(GpError::TooFewSamples {
+                n_samples: 0,
+                needed: 1,
+            });
+        }
+        require_finite_inputs(x)?;
+        let extreme = |pick: fn(f64, f64) -> f64| {
+            let columns = x.col_iter();
+            columns
+                .map(|column| column.iter().copied().fold(column[0], pick))
+                .collect()
+        };
+        Ok(Self {
+            min: extreme(f64::min),
+            max: extreme(f64::max),
+            n_samples: x.nrows(),
+        })
+    }
+
+    /// Given ranges of `n_samples` samples.
+    ///
+    /// # Errors
+    /// [`GpError::InconsistentModel`] unless min ≤ max, both finite, for every covariate,
+    /// and there is at least one sample.
+    pub fn new(min: Vec<f64>, max: Vec<f64>, n_samples: usize) -> Result<Self, GpError> {
+        let is_range = |(min, max): (&f64, &f64)| min.is_finite() && max.is_finite() && min <= max;
+        let what = if min.len() != max.len() {
+            format!("{} lower and {} upper ends", min.len(), max.len())
+        } else if let Some(idx) = min.iter().zip(&max).position(|ends| !is_range(ends)) {
+            format!("range {idx} is from {} to {}", min[idx], max[idx])
+        } else if n_samples == 0 {
+            "ranges of no sample".to_owned()
+        } else {
+            return Ok(Self {
+                min,
+                max,
+                n_samples,
+            });
+        };
+        Err(GpError::InconsistentModel { what })
+    }
+
+    /// Smallest value of every covariate, (3ℓ,).
+    pub fn min(&self) -> &[f64] {
+        &self.min
+    }
+
+    /// Largest value of every covariate, (3ℓ,).
+    pub fn max(&self) -> &[f64] {
+        &self.max
+    }
+
+    /// Number of training samples.
+    pub fn n_samples(&self) -> usize {
+        self.n_samples
+    }
+
+    /// Number of covariates 3ℓ.
+    pub fn n_covariates(&self) -> usize {
+        self.min.len()
+    }
+
+    /// Indices of the covariates of `x` that lie outside their range; NaN counts as outside.
+    ///
+    /// Allocates nothing.
+    /// # Panics
+    /// If `x` does not have 3ℓ entries.
+    pub fn outside<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = usize> + 'a {
+        assert_eq!(x.len(), self.n_covariates());
+        let is_inside = |idx: usize| self.min[idx] <= x[idx] && x[idx] <= self.max[idx];
+        (0..x.len()).filter(move |idx| !is_inside(*idx))
+    }
+}
