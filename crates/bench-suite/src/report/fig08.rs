@@ -107,31 +107,19 @@ pub fn draw(rows: &[Row], (load, n): (usize, usize)) -> Picture {
     let title = format!("Hyperparameters of GPc, load c{load}, n = {n} (the chapter's figure 8)");
     picture.text(24.0, 34.0, &title, Font::Title, Align::Left);
 
+    let accelerations: Vec<&[f64]> = rows.iter().map(|row| &row.accelerations[..]).collect();
+    let signs: Vec<&[f64]> = rows.iter().map(|row| &row.signs[..]).collect();
+    let joints: Vec<usize> = rows.iter().map(|row| row.joint).collect();
+    let heading = "linear in acceleration, u²";
+    matrix(&mut picture, LEFT, (heading, "q̈"), &joints, &accelerations);
     let right = LEFT + WIDTH + GAP;
-    let matrices: [(f64, &str, &str, fn(&Row) -> &[f64]); 2] = [
-        (LEFT, "linear in acceleration, u²", "q̈", |row| {
-            &row.accelerations
-        }),
-        (right, "Coulomb, w²", "sgn q̇", |row| &row.signs),
-    ];
-    for (x, heading, symbol, values) in matrices {
-        picture.text(
-            x + WIDTH / 2.0,
-            TOP - 40.0,
-            heading,
-            Font::Heading,
-            Align::Centre,
-        );
-        column_labels(&mut picture, x);
-        picture.frame(x, TOP, rows.len(), N_JOINTS);
-        for (i, row) in rows.iter().enumerate() {
-            let y = TOP + PITCH * i as f64;
-            for (j, value) in values(row).iter().enumerate() {
-                let tooltip = format!("torque {}, {symbol} {}: {value:.2e}", row.joint, j + 1);
-                picture.square(x + PITCH * j as f64, y, side_of_area(*value), tooltip);
-            }
-        }
-    }
+    matrix(
+        &mut picture,
+        right,
+        ("Coulomb, w²", "sgn q̇"),
+        &joints,
+        &signs,
+    );
     for (i, row) in rows.iter().enumerate() {
         let y = TOP + PITCH * (i as f64 + 0.5) + 4.0;
         picture.text(
@@ -147,16 +135,28 @@ pub fn draw(rows: &[Row], (load, n): (usize, usize)) -> Picture {
     picture
 }
 
-fn column_labels(picture: &mut Picture, x: f64) {
+/// One matrix with its heading, column labels and squares; x is its left edge.
+fn matrix(
+    picture: &mut Picture,
+    x: f64,
+    (heading, symbol): (&str, &str),
+    joints: &[usize],
+    values: &[&[f64]],
+) {
+    let middle = x + WIDTH / 2.0;
+    picture.text(middle, TOP - 40.0, heading, Font::Heading, Align::Centre);
     for joint in 1..=N_JOINTS {
         let centre = x + PITCH * (joint as f64 - 0.5);
-        picture.text(
-            centre,
-            TOP - 12.0,
-            &joint.to_string(),
-            Font::Label,
-            Align::Centre,
-        );
+        let label = joint.to_string();
+        picture.text(centre, TOP - 12.0, &label, Font::Label, Align::Centre);
+    }
+    picture.frame(x, TOP, values.len(), N_JOINTS);
+    for (i, (joint, row)) in joints.iter().zip(values).enumerate() {
+        let y = TOP + PITCH * i as f64;
+        for (j, value) in row.iter().enumerate() {
+            let tooltip = format!("torque {joint}, {symbol} {}: {value:.2e}", j + 1);
+            picture.square(x + PITCH * j as f64, y, side_of_area(*value), tooltip);
+        }
     }
 }
 
