@@ -152,6 +152,8 @@ pub fn fit_from(
     let ends: Vec<SearchEnd> = (starts.iter())
         .map(|start| search(&mut evidence, start, options))
         .collect();
+    // Its matrices are as large as those of the posterior to come.
+    drop(evidence);
     let winner = highest(&ends).ok_or(GpError::NoUsableStart {
         n_starts: starts.len(),
     })?;

@@ -23,7 +23,6 @@
 //! ```text
 //! [ Φ  ]   [ Q₁ ]          [ σ²α̂ ]                [ t ]
 //! [ σI ] = [ Q₂ ] R,       [ −σ g ] = (I − Q Qᵀ)  [ 0 ]
-//!
 //! tᵀA⁻¹t = σ²|α̂|² + |g|²,    g = Φᵀα̂ = R⁻¹Q₁ᵀt
 //! log|A| = (n − r) log σ² + 2 Σ log R_ii
 //! ```
@@ -100,7 +99,7 @@ impl LowRank {
         squared_norm(&self.alpha)
     }
 
-    /// log p̂.
+    /// log p̂, natural log.
     pub fn log_marginal(&self) -> f64 {
         let (n, r) = (self.alpha.len() as f64, self.pivoted.rank() as f64);
         let quadratic = self.noise_var * self.alpha_sq_norm() + squared_norm(&self.weights);
@@ -290,8 +289,7 @@ mod tests {
                     with_pivots(&moved, &pivots).0
                 };
                 let difference = (at(step) - at(-step)) / (2.0 * step);
-                // Values near 100 rounded to 1e-13, and step² of third derivatives
-                // near 1e4/θ³.
+                // Values near 100 rounded to 1e-13; third derivatives near 1e4/θ³.
                 let tolerance = 1e-12 / step + 1e4 * step * step / value.powi(3);
                 let error = (gradient[idx] - difference).abs();
                 assert!(error <= tolerance, "{idx}: {} {difference}", gradient[idx]);

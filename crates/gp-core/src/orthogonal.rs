@@ -4,12 +4,15 @@
 //! [ Φ  ]   [ Q₁ ]
 //! [ σI ] = [ Q₂ ] R,   Q₁ᵀQ₁ + Q₂ᵀQ₂ = I,   RᵀR = ΦᵀΦ + σ²I
 //! ```
-//! Two rounds of Cholesky QR do in matrix products what Householder's reflections
-//! do in products of matrix and vector, with factors just as orthogonal as long as
-//! the condition number of RᵀR is below 1/ε.
+//! Cholesky QR does in matrix products what Householder's reflections do in products
+//! of matrix and vector.
+//! One round leaves QᵀQ − I at about r ε κ, with κ the condition number of RᵀR after
+//! its diagonal is scaled to ones; columns of a pivoted factor are nearly orthogonal
+//! to each other, so κ is small although that of RᵀR itself is not.
+//! Where it is not small, a second round makes Q orthogonal to rounding.
 //!
 //! Source: Yamamoto, Nakatsukasa, Yanagisawa & Fukaya 2015, ETNA 44, pp. 306–326,
-//! algorithm 2 and theorem 3.1.
+//! algorithm 2 and theorem 3.1; Demmel 1989, LAPACK working note 14 (scaling).
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
@@ -18,6 +21,9 @@ use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par};
 
 use crate::cholesky::Factor;
 use crate::error::GpError;
+
+/// How far from I the product QᵀQ may be: the error it leaves in log|RᵀR|.
+const LOSS_OF_ORTHOGONALITY: f64 = 1e-10;
 
 /// Q₁, Q₂ and R, with ΦᵀΦ.
 #[derive(Debug, Clone)]
@@ -43,34 +49,28 @@ impl Orthogonal {
         mirror(&mut gram);
 
         // First round: Q = [Φ; σI] L₁⁻ᵀ.
+        let diagonal: Vec<f64> = (0..r).map(|idx| shifted[(idx, idx)]).collect();
         let first = Factor::new(shifted)?;
         let mut q1 = phi.to_owned();
         let mut q2 = Mat::from_fn(r, r, |row, col| if row == col { noise_std } else { 0.0 });
         first.half_solve_in_place(q1.as_mut().transpose_mut());
         first.half_solve_in_place(q2.as_mut().transpose_mut());
 
-        // Second round: QᵀQ is near the identity.
-        let mut again = gram_lower(q1.as_ref());
-        triangular::matmul(
-            again.as_mut(),
-            BlockStructure::TriangularLower,
-            Accum::Add,
-            q2.transpose(),
-            BlockStructure::Rectangular,
-            q2.as_ref(),
-            BlockStructure::Rectangular,
-            1.0,
-            Par::Seq,
+        let loss = r as f64 * f64::EPSILON * scaled_condition(&diagonal, &first);
+        let factor = if loss <= LOSS_OF_ORTHOGONALITY {
+            first.l().to_owned()
+        } else {
+            let second = second_round(&mut q1, &mut q2)?;
+            product_of_factors(&first, &second)
+        };
+        let r = Mat::from_fn(
+            r,
+            r,
+            |row, col| {
+                if row <= col { factor[(col, row)] } else { 0.0 }
+            },
         );
-        let second = Factor::new(again)?;
-        second.half_solve_in_place(q1.as_mut().transpose_mut());
-        second.half_solve_in_place(q2.as_mut().transpose_mut());
-        Ok(Self {
-            q1,
-            q2,
-            r: product_of_factors(&first, &second),
-            gram,
-        })
+        Ok(Self { q1, q2, r, gram })
     }
 
     /// Q₁, (n, r).
@@ -107,13 +107,14 @@ impl Orthogonal {
 
     /// The part of (t, 0) that is orthogonal to Q, top (n,) and bottom (r,).
     ///
-    /// Projected twice, so that it is orthogonal to rounding of itself, not of t.
+    /// Projected three times, so that it is orthogonal to rounding of itself, not of t,
+    /// although Q is orthogonal to 10⁻¹⁰ only.
     /// # Source
     /// Giraud, Langou, Rozložník & van den Eshof 2005, Numer. Math. 101, pp. 87–100.
     pub fn project_out(&self, targets: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let mut top = targets.to_vec();
         let mut bottom = vec![0.0; self.q2.nrows()];
-        for _ in 0..2 {
+        for _ in 0..3 {
             let mut along = vec![0.0; bottom.len()]; // (r,)
             add_product(&mut along, self.q1.transpose(), &top, 1.0);
             add_product(&mut along, self.q2.transpose(), &bottom, 1.0);
@@ -151,12 +152,43 @@ fn mirror(matrix: &mut Mat<f64>) {
     }
 }
 
-/// R = (L₁L₂)ᵀ.
+/// Makes the columns of [Q₁; Q₂], orthogonal roughly, orthogonal to rounding.
+fn second_round(q1: &mut Mat<f64>, q2: &mut Mat<f64>) -> Result<Factor, GpError> {
+    let mut gram = gram_lower(q1.as_ref()); // QᵀQ
+    triangular::matmul(
+        gram.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Add,
+        q2.transpose(),
+        BlockStructure::Rectangular,
+        q2.as_ref(),
+        BlockStructure::Rectangular,
+        1.0,
+        Par::Seq,
+    );
+    let factor = Factor::new(gram)?;
+    factor.half_solve_in_place(q1.as_mut().transpose_mut());
+    factor.half_solve_in_place(q2.as_mut().transpose_mut());
+    Ok(factor)
+}
+
+/// Roughly the condition number of LLᵀ with its diagonal scaled to ones.
+///
+/// ```text
+/// max_i (LLᵀ)_ii / L_ii²     1/(1 − the squared correlation of column i with those before)
+/// ```
+fn scaled_condition(diagonal: &[f64], factor: &Factor) -> f64 {
+    (diagonal.iter().enumerate())
+        .map(|(idx, entry)| entry / factor.l()[(idx, idx)].powi(2))
+        .fold(1.0, f64::max)
+}
+
+/// L₁L₂.
 fn product_of_factors(first: &Factor, second: &Factor) -> Mat<f64> {
     let r = first.order();
     let mut product = Mat::zeros(r, r);
     triangular::matmul(
-        product.as_mut().transpose_mut(),
+        product.as_mut(),
         BlockStructure::TriangularLower,
         Accum::Replace,
         first.l(),

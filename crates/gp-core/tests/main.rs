@@ -15,6 +15,7 @@ mod eq_22;
 mod failures;
 mod fixture;
 mod low_rank_posterior;
+mod memory;
 mod optimizer;
 mod recovery;
 mod samples;

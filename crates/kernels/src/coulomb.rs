@@ -2,6 +2,7 @@
 
 use faer::{Mat, MatMut, MatRef};
 
+use crate::columns::for_each_column;
 use crate::covariance::Covariance;
 use crate::error::KernelError;
 use crate::features;
@@ -60,9 +61,13 @@ impl Coulomb {
             3 * n_joints,
             "x holds (q, qd, qdd) of each joint"
         );
-        Mat::from_fn(x.nrows(), n_joints, |row, joint| {
-            sgn(x[(row, n_joints + joint)])
-        })
+        let mut signs = Mat::zeros(x.nrows(), n_joints);
+        for_each_column(x.subcols(n_joints, n_joints), |joint, velocities| {
+            for (sign, velocity) in signs.col_as_slice_mut(joint).iter_mut().zip(velocities) {
+                *sign = sgn(*velocity);
+            }
+        });
+        signs
     }
 }
 

@@ -11,9 +11,13 @@ use crate::columns::for_each_column;
 
 /// Features scaled by their weights, Φ diag(w), (n, p).
 fn weighted(features: MatRef<'_, f64>, weights: &[f64]) -> Mat<f64> {
-    Mat::from_fn(features.nrows(), features.ncols(), |row, col| {
-        features[(row, col)] * weights[col]
-    })
+    let mut scaled = Mat::zeros(features.nrows(), features.ncols());
+    for_each_column(features, |col, column| {
+        for (target, feature) in scaled.col_as_slice_mut(col).iter_mut().zip(column) {
+            *target = feature * weights[col];
+        }
+    });
+    scaled
 }
 
 /// Adds Φ diag(w²) Φᵀ to the lower triangle of `out`.

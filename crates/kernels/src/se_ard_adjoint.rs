@@ -7,7 +7,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::columns::{column_mut, for_each_column};
-use crate::se_ard::{BLOCK, Scaled, correlations};
+use crate::se_ard::{BLOCK, Scaled, correlations, cross_block};
 
 /// Sums over the strictly lower triangle of W = Q ∘ E, gathered block by block.
 pub(crate) struct LowerSums {
@@ -88,20 +88,15 @@ impl CrossSums {
         let mut row_sums = vec![0.0; n1]; // Σ_b W_ab
         let mut column_sums = vec![0.0; n2]; // Σ_a W_ab
         let mut products = Mat::zeros(n2, d); // WᵀZ1, (n2, d)
-        let mut buffer = Mat::zeros(n1, BLOCK.min(n2)); // (n1, BLOCK)
-        for start in (0..n2).step_by(BLOCK) {
-            let width = BLOCK.min(n2 - start);
+        let block_size = cross_block(n1);
+        let mut buffer = Mat::zeros(n1, block_size.min(n2)); // (n1, block_size)
+        for start in (0..n2).step_by(block_size) {
+            let width = block_size.min(n2 - start);
             let mut block = buffer.as_mut().subcols_mut(0, width);
             correlations(first, 0..n1, second, start..start + width, block.as_mut());
             for_each_column(adjoint.subcols(start, width), |k, q_column| {
-                for ((w, q), row_sum) in (column_mut(&mut block, k).iter_mut())
-                    .zip(q_column)
-                    .zip(&mut row_sums)
-                {
-                    *w *= q;
-                    *row_sum += *w;
-                    column_sums[start + k] += *w;
-                }
+                let w_column = column_mut(&mut block, k);
+                column_sums[start + k] = weigh_column(w_column, q_column, &mut row_sums);
             });
             matmul(
                 products.as_mut().subrows_mut(start, width),
@@ -123,6 +118,31 @@ impl CrossSums {
                 .collect(),
         }
     }
+}
+
+/// w ← w ∘ q; adds w to the row sums and returns its sum.
+///
+/// The sum is made in eight lanes, whatever the machine's vectors, so that its
+/// rounding is the same everywhere.
+fn weigh_column(w: &mut [f64], q: &[f64], row_sums: &mut [f64]) -> f64 {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for ((w, q), row_sum) in w.iter_mut().zip(q).zip(row_sums) {
+                *w *= q;
+                *row_sum += *w;
+            }
+            let mut lanes = [0.0; 8];
+            let chunks = w.chunks_exact(8);
+            let rest: f64 = chunks.remainder().iter().sum();
+            for chunk in chunks {
+                for (lane, value) in lanes.iter_mut().zip(chunk) {
+                    *lane += value;
+                }
+            }
+            lanes.iter().sum::<f64>() + rest
+        },
+    )
 }
 
 fn weighted_squares(values: &[f64], weights: &[f64]) -> f64 {
