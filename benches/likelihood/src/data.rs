@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context as _, Result, ensure};
 use faer::Mat;
-use puma_dyn::Scenario;
+use puma_dyn::{Context, Effects, Friction, Scenario, Workspace, rnea};
 use rand::SeedableRng;
 use rand::seq::index;
 use rand_chacha::ChaCha8Rng;
@@ -43,15 +43,44 @@ pub struct Samples {
     pub targets: Vec<f64>,
 }
 
+/// An arm that carries a load and may be free of friction.
+struct Arm {
+    scenario: Scenario,
+    effects: Effects,
+    context: Context,
+}
+
+impl Arm {
+    fn new(load_idx: usize, friction: Friction) -> Result<Self> {
+        let scenario = Scenario::reference();
+        let model = scenario.model();
+        let context = model.attach(model.frames().len() - 1, scenario.payload(load_idx))?;
+        Ok(Self {
+            effects: Effects {
+                friction,
+                ..scenario.effects()
+            },
+            context: context.into(),
+            scenario,
+        })
+    }
+}
+
 /// Draws the samples of a load and writes them, the two trajectories in turn, so that the first
 /// n rows are a smaller sample of the same kind.
-pub fn write(load: &str, joint: usize, output: &Path) -> Result<()> {
+pub fn write(load: &str, joint: usize, is_frictionless: bool, output: &Path) -> Result<()> {
     ensure!((1..=N_JOINTS).contains(&joint), "no joint {joint}");
     let scenario = Scenario::reference();
     let load_idx = scenario.load_idx(load)?;
+    let friction = if is_frictionless {
+        Friction::None
+    } else {
+        scenario.effects().friction
+    };
+    let arm = Arm::new(load_idx, friction)?;
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
-    let reference = rows(&scenario, REFERENCE, load_idx, joint, &mut rng)?;
-    let unique = rows(&scenario, UNIQUE[load_idx], load_idx, joint, &mut rng)?;
+    let reference = rows(&arm, REFERENCE, joint, &mut rng)?;
+    let unique = rows(&arm, UNIQUE[load_idx], joint, &mut rng)?;
 
     let mut file = csv::Writer::from_path(output)?;
     file.write_record(header(joint))?;
@@ -63,24 +92,32 @@ pub fn write(load: &str, joint: usize, output: &Path) -> Result<()> {
 
 /// States and one torque of randomly drawn samples of a trajectory.
 fn rows(
-    scenario: &Scenario,
+    arm: &Arm,
     (path, speed): (&str, &str),
-    load_idx: usize,
     joint: usize,
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Vec<f64>>> {
-    let trajectory =
-        scenario.trajectory(scenario.path_idx(path)?, scenario.speed_idx(speed)?)?;
-    let torques = scenario.torques(&trajectory, load_idx);
+    let (scenario, model) = (&arm.scenario, arm.scenario.model());
+    let trajectory = scenario.trajectory(scenario.path_idx(path)?, scenario.speed_idx(speed)?)?;
+    let mut workspace = Workspace::new(model);
+    let mut row = |sample: usize| {
+        let (q, qd, qdd) = trajectory.state(sample);
+        let mut tau = [0.0; N_JOINTS];
+        let (effects, context) = (arm.effects, &arm.context);
+        rnea(
+            model,
+            &mut workspace,
+            effects,
+            context,
+            q,
+            qd,
+            qdd,
+            &mut tau,
+        );
+        [q, qd, qdd, &[tau[joint - 1]]].concat()
+    };
     let drawn = index::sample(rng, trajectory.n_samples(), N_DRAWN);
-    Ok(drawn
-        .into_iter()
-        .map(|sample| {
-            let (q, qd, qdd) = trajectory.state(sample);
-            let torque = torques[sample * N_JOINTS + joint - 1];
-            [q, qd, qdd, &[torque]].concat()
-        })
-        .collect())
+    Ok(drawn.into_iter().map(&mut row).collect())
 }
 
 fn header(joint: usize) -> Vec<String> {

@@ -88,9 +88,7 @@ struct Search<'a> {
 impl Search<'_> {
     fn natural(&self, z: &[f64]) -> Vec<f64> {
         let pairs = self.layout.specs().iter().zip(z);
-        pairs
-            .map(|(spec, &z)| spec.transform.natural(z))
-            .collect()
+        pairs.map(|(spec, &z)| spec.transform.natural(z)).collect()
     }
 }
 

@@ -38,6 +38,9 @@ enum Command {
         /// Joint whose torque is the target, from 1
         #[arg(long, default_value_t = 3)]
         joint: usize,
+        /// Torques of an arm without friction, for a model without a friction term
+        #[arg(long)]
+        frictionless: bool,
         #[arg(long)]
         output: PathBuf,
     },
@@ -68,8 +71,9 @@ fn main() -> Result<()> {
         Command::Data {
             load,
             joint,
+            frictionless,
             output,
-        } => data::write(&load, joint, &output),
+        } => data::write(&load, joint, frictionless, &output),
         Command::Fit {
             data,
             n,

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Result, anyhow, ensure};
 use gprx::kernel::{ConstantKernel, KernelSpec, RbfArdKernel};
-use gprx::{Fixed, FittedGpr, GaussianLikelihood, Gpr, Interval};
+use gprx::{FittedGpr, Fixed, GaussianLikelihood, Gpr, Interval};
 
 use crate::data::Samples;
 use crate::hyperparameters::Hyperparameters;
@@ -43,7 +43,7 @@ impl Gprx {
 
 /// A variance that is not held inside the crate's default interval.
 fn constant(std: f64) -> Result<KernelSpec> {
-    let anywhere = Interval::new(1e-12, 1e12).map_err(|error| anyhow!("{error}"))?;
+    let anywhere = Interval::new(1e-30, 1e30).map_err(|error| anyhow!("{error}"))?;
     let one = ConstantKernel::new(1.0)?.with_bounds(anywhere);
     let mut constant = one.map_err(|error| anyhow!("{error}"))?;
     constant.set_params(&[2.0 * std.ln()])?;
