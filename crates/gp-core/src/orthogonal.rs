@@ -212,3 +212,34 @@ fn add_product(out: &mut [f64], matrix: MatRef<'_, f64>, vector: &[f64], factor:
         Par::Seq,
     );
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nearly_equal_columns_are_made_orthogonal_in_a_second_round() {
+        // Columns a and a + eb with aᵀb = 0 and powers of two, so that
+        // |ΦᵀΦ + σ²I| = (n + σ²)(n(1 + e²) + σ²) − n² is known without cancellation.
+        let (n, e, noise_std) = (54.0, 2.0_f64.powi(-17), 2.0_f64.powi(-20));
+        let phi = Mat::from_fn(54, 2, |row, col| {
+            let sign = if row % 2 == 0 { 1.0 } else { -1.0 };
+            1.0 + if col == 1 { e * sign } else { 0.0 }
+        });
+        let factor = Orthogonal::new(phi.as_ref(), noise_std).unwrap();
+        let s = noise_std * noise_std;
+        let determinant = n * n * e * e + 2.0 * n * s + n * e * e * s + s * s;
+        // Φ is taken to ε, which the difference of its columns magnifies by 1/e.
+        let tolerance = n * f64::EPSILON / e;
+        let error = (factor.log_det() - determinant.ln()).abs();
+        assert!(error <= tolerance, "{error:e} {tolerance:e}");
+
+        let (top, bottom) = factor.project_out(&[1.0; 54]);
+        // (1, …, 1) is the first column but for σ: what is left of it is about σ.
+        let left: f64 = top.iter().chain(&bottom).map(|v| v * v).sum();
+        assert!(left.sqrt() <= 1.5 * noise_std, "{:e}", left.sqrt());
+        let product = factor.q1.col(0).transpose() * factor.q1.col(1)
+            + factor.q2.col(0).transpose() * factor.q2.col(1);
+        assert!(product.abs() <= tolerance, "{product:e}");
+    }
+}
