@@ -2,6 +2,10 @@
 
 Run by peers.py: worker.py MODULE DATA HYPERPARAMETERS N. The first line tells the versions of its packages
 or why it cannot take part; then each line with a shift is answered by one evaluation.
+
+A contestant's module has PACKAGES and `build(x, targets, at)`, which returns a function of hyperparameters:
+(seconds, value, gradient by name with respect to standard deviations and length scales). The clock runs
+from hyperparameters to value and gradient; translating parameters to its conventions and back is not on it.
 """
 
 import importlib

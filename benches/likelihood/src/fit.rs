@@ -35,8 +35,18 @@ pub fn write(samples: &Samples, model: Model, output: &Path) -> Result<()> {
     let clipped = fitted.clipped(RANGE.0, RANGE.1);
     println!("fitted  {:?}: {}", fitted, value(samples, &fitted)?);
     println!("clipped {:?}: {}", clipped, value(samples, &clipped)?);
-    std::fs::write(output, toml::to_string(&clipped)?)
-        .with_context(|| format!("writing {}", output.display()))
+    let name = match model {
+        Model::Full => "full",
+        Model::Smooth => "smooth",
+    };
+    let text = format!(
+        "# Made by: likelihood fit --n {} --model {name}; moved into [{:e}, {:e}].\n{}",
+        samples.targets.len(),
+        RANGE.0,
+        RANGE.1,
+        toml::to_string(&clipped)?
+    );
+    std::fs::write(output, text).with_context(|| format!("writing {}", output.display()))
 }
 
 fn full(samples: &Samples) -> Result<Hyperparameters> {
