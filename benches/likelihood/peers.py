@@ -21,6 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -207,8 +208,6 @@ def machine(contestants, options):
 
 
 def run(model, program, data, options):
-    import tomllib
-
     path = HERE / ("joint3.toml" if model == "full" else "joint3-smooth.toml")
     contestants = start(model, program, data, options)
     try:
