@@ -1,0 +1,107 @@
+//! Hyperparameters of one joint as a TOML file, in natural units.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use gp_core::StartPoint;
+use kernels::{Constant, SeArd, Sum, TorqueCovariance, TorqueParams};
+use serde::{Deserialize, Serialize};
+
+/// The part of the model that scikit-learn and gprx can express: b² + v² exp(−s/2).
+pub type SmoothPart = Sum<Constant, SeArd>;
+
+/// Standard deviations and length scales; without `linear_std` and `coulomb_std` the model is
+/// bias + squared exponential.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hyperparameters {
+    pub bias_std: f64,
+    pub signal_std: f64,
+    pub noise_std: f64,
+    pub length_scales: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub linear_std: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coulomb_std: Vec<f64>,
+}
+
+impl Hyperparameters {
+    pub fn read(path: &Path) -> Result<Self> {
+        let text =
+            std::fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
+        toml::from_str(&text).with_context(|| format!("reading {}", path.display()))
+    }
+
+    /// Of a full model.
+    pub fn full(covariance: &TorqueCovariance, noise_std: f64) -> Self {
+        let params = covariance.named_params();
+        Self {
+            bias_std: params.bias_std,
+            signal_std: params.signal_std,
+            noise_std,
+            length_scales: params.length_scales,
+            linear_std: params.linear_std,
+            coulomb_std: params.coulomb_std.unwrap_or_default(),
+        }
+    }
+
+    /// The bias and the squared exponential of a start of a full model.
+    pub fn smooth_part_of(start: &StartPoint) -> Self {
+        Self {
+            linear_std: Vec::new(),
+            coulomb_std: Vec::new(),
+            ..Self::full(&start.covariance, start.noise_std)
+        }
+    }
+
+    /// Every hyperparameter multiplied by 1 + `shift`.
+    pub fn shifted(&self, shift: f64) -> Self {
+        self.map(|value| (1.0 + shift) * value)
+    }
+
+    /// Every weight and length scale moved into the range that every contestant accepts.
+    pub fn clipped(&self, lowest: f64, highest: f64) -> Self {
+        Self {
+            noise_std: self.noise_std,
+            ..self.map(|value| value.clamp(lowest, highest))
+        }
+    }
+
+    fn map(&self, change: impl Fn(f64) -> f64) -> Self {
+        let all = |values: &[f64]| values.iter().map(|&value| change(value)).collect();
+        Self {
+            bias_std: change(self.bias_std),
+            signal_std: change(self.signal_std),
+            noise_std: change(self.noise_std),
+            length_scales: all(&self.length_scales),
+            linear_std: all(&self.linear_std),
+            coulomb_std: all(&self.coulomb_std),
+        }
+    }
+
+    pub fn has_only_smooth_part(&self) -> bool {
+        self.linear_std.is_empty() && self.coulomb_std.is_empty()
+    }
+
+    /// GPc, eq. (7).
+    pub fn torque_covariance(&self) -> Result<TorqueCovariance> {
+        if self.has_only_smooth_part() {
+            bail!("these hyperparameters are of bias + squared exponential");
+        }
+        Ok(TorqueCovariance::new(TorqueParams {
+            bias_std: self.bias_std,
+            linear_std: self.linear_std.clone(),
+            signal_std: self.signal_std,
+            length_scales: self.length_scales.clone(),
+            coulomb_std: Some(self.coulomb_std.clone()),
+        })?)
+    }
+
+    /// Bias + squared exponential.
+    pub fn smooth_part(&self) -> Result<SmoothPart> {
+        Ok(Sum::new(
+            Constant::new(self.bias_std)?,
+            SeArd::new(self.signal_std, self.length_scales.clone())?,
+        ))
+    }
+}
