@@ -3,6 +3,11 @@
 //! Every command either succeeds, or says in one message what is wrong and where, leaves no output file and
 //! exits with status 2. Warnings and notes go to standard error, results to files or standard output.
 
+#![allow(
+    rustdoc::invalid_html_tags,
+    reason = "doc comments of arguments are the text of --help, where <joint> stands for a name"
+)]
+
 mod columns;
 mod commands;
 mod context;
