@@ -89,7 +89,7 @@ fn print(reproduction: &Reproduction) {
     println!(
         "{}:\n{}",
         durations::TITLE,
-        reproduction.durations.to_text()
+        durations::by_model_and_size(&reproduction.outcome.records).to_text()
     );
     let seconds = &reproduction.outcome.seconds;
     println!(

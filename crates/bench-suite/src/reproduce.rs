@@ -40,8 +40,6 @@ pub struct Reproduction {
     pub directory: PathBuf,
     /// Table 3, if it was among the experiments.
     pub table3: Option<TextTable>,
-    /// Thread-seconds by model and size.
-    pub durations: TextTable,
     /// Findings for the terminal, under their headings.
     pub findings: Vec<(String, Vec<String>)>,
     /// The run behind it.
@@ -76,7 +74,6 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     Ok(Reproduction {
         directory: files.write(&request.output, &name)?,
         table3: table,
-        durations: durations::by_model_and_size(&outcome.records),
         findings: found,
         outcome,
         averages,

@@ -35,6 +35,7 @@ mod scenario_file;
 mod sidecar;
 mod spatial;
 mod terms;
+mod toml_place;
 mod trajectory;
 mod urdf;
 mod validate;

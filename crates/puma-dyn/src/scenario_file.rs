@@ -5,6 +5,7 @@ use serde::Deserialize;
 use crate::error::DynError;
 use crate::friction::Friction;
 use crate::inverse_kin::{Arm, Branch, Elbow, Wrist};
+use crate::toml_place::line_and_column;
 
 /// A whole scenario file, parsed and checked.
 #[derive(Debug, Deserialize)]
@@ -200,8 +201,7 @@ impl ScenarioFile {
 
 /// What the parser refuses, in one line with its place.
 fn not_toml(text: &str, error: &toml::de::Error) -> DynError {
-    let at = error.span().map_or(0, |span| span.start).min(text.len());
-    let line = text[..at].matches('\n').count() + 1;
+    let (line, _) = line_and_column(text, error);
     fault(&format!("line {line}: {}", error.message()))
 }
 

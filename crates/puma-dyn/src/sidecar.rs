@@ -11,6 +11,7 @@ use self::joint_keys::{JointKeys, lock};
 use crate::description::{JointKind, RobotDescription};
 use crate::error::DynError;
 use crate::friction::Friction;
+use crate::toml_place::line_and_column;
 use crate::urdf::read;
 use crate::warning::Warning;
 
@@ -168,10 +169,7 @@ fn refuse(file: &str, joint: &str, key: &'static str, reason: String) -> DynErro
 
 /// A TOML error in one line: position, then what is wrong.
 fn not_toml(file: &str, text: &str, error: &toml::de::Error) -> DynError {
-    let at = error.span().map_or(0, |span| span.start).min(text.len());
-    let before = &text[..at];
-    let line = before.matches('\n').count() + 1;
-    let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+    let (line, column) = line_and_column(text, error);
     let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     DynError::Malformed {
         file: file.to_owned(),
