@@ -39,4 +39,4 @@ pub use model::{
 };
 pub use optimize::StopReason;
 pub use posterior::{Posterior, Prediction};
-pub use search::{SearchEnd, search};
+pub use search::{Likelihood, SearchEnd, search};

@@ -1,8 +1,9 @@
 //! The search for the highest likelihood from one start, for any covariance.
 
-use faer::MatRef;
 use kernels::{Covariance, Jitter, ParamLayout};
 
+use crate::error::GpError;
+use crate::evidence::Evaluation;
 use crate::fit::FitOptions;
 use crate::fit_report::StartReport;
 use crate::init::StartKind;
@@ -15,6 +16,49 @@ use crate::optimize::{MinimizeOptions, Minimum, Reparametrised, minimize};
 /// A weight that runs off to 10⁵ N·m beside σ = 10⁻² leaves a likelihood that
 /// jumps by half a nat between neighbours, in which no line search finds its way.
 const MAX_ROUNDING: f64 = 0.1;
+
+/// What a search climbs: eq. (8) of some covariance on some data.
+///
+/// [`LogMarginal`] is one; a sum of it over independent parts of the data is another.
+pub trait Likelihood<C> {
+    /// The value and its gradient with respect to (θ, σ).
+    ///
+    /// # Errors
+    /// Where there is no value; a search backs away from there.
+    /// # Panics
+    /// If `gradient` does not have one entry per hyperparameter and one for σ.
+    fn evaluate(
+        &mut self,
+        covariance: &C,
+        noise_std: f64,
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, GpError>;
+
+    /// n, in all parts of the data together.
+    fn n_samples(&self) -> usize;
+
+    /// max_a c(x_a, x_a) over the data.
+    fn largest_variance(&self, covariance: &C) -> f64;
+}
+
+impl<C: Covariance> Likelihood<C> for LogMarginal<'_> {
+    fn evaluate(
+        &mut self,
+        covariance: &C,
+        noise_std: f64,
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, GpError> {
+        LogMarginal::evaluate(self, covariance, noise_std, gradient)
+    }
+
+    fn n_samples(&self) -> usize {
+        self.x().nrows()
+    }
+
+    fn largest_variance(&self, covariance: &C) -> f64 {
+        covariance.diag(self.x()).into_iter().fold(0.0, f64::max)
+    }
+}
 
 /// Where the search from one start ended.
 #[derive(Debug, Clone)]
@@ -50,7 +94,7 @@ impl<C: Covariance> SearchEnd<C> {
 /// # Source
 /// Sec. 3 and A.1.
 pub fn search<C: Covariance + Clone>(
-    evidence: &mut LogMarginal<'_>,
+    evidence: &mut impl Likelihood<C>,
     covariance: &C,
     noise_std: f64,
     kind: StartKind,
@@ -62,7 +106,7 @@ pub fn search<C: Covariance + Clone>(
     let negative_log_marginal = |theta: &[f64], gradient: &mut [f64]| {
         let (of_covariance, noise_std) = split_noise(theta);
         trial.set_params(of_covariance);
-        if rounding_bound(&trial, noise_std, evidence.x()) > MAX_ROUNDING {
+        if rounding_bound(evidence, &trial, noise_std) > MAX_ROUNDING {
             return f64::INFINITY;
         }
         let outcome = (evidence.evaluate(&trial, noise_std, gradient))
@@ -104,9 +148,9 @@ fn search_layout<C: Covariance>(covariance: &C) -> ParamLayout {
 /// ```text
 /// |Σ_ab Q_ab δK_ab| ≲ n ε max_a K_aa / σ²,   as |δK_ab| ≤ ε max K and ‖K⁻¹‖ ≤ 1/σ²
 /// ```
-fn rounding_bound<C: Covariance>(covariance: &C, noise_std: f64, x: MatRef<'_, f64>) -> f64 {
-    let largest = covariance.diag(x).into_iter().fold(0.0, f64::max);
-    x.nrows() as f64 * f64::EPSILON * largest / (noise_std * noise_std)
+fn rounding_bound<C>(evidence: &impl Likelihood<C>, covariance: &C, noise_std: f64) -> f64 {
+    let largest = evidence.largest_variance(covariance);
+    evidence.n_samples() as f64 * f64::EPSILON * largest / (noise_std * noise_std)
 }
 
 fn minimize_options(options: &FitOptions) -> MinimizeOptions {
