@@ -16,7 +16,14 @@ fn certified(certificate: f64) -> LikelihoodOptions {
 fn evaluate(case: &Case, options: LikelihoodOptions) -> Evidence {
     let data = case.stacked();
     let targets = data.stack(&case.torques);
-    evidence(&case.covariance, case.noise_std[0], data.inputs(), &targets, options).unwrap()
+    evidence(
+        &case.covariance,
+        case.noise_std[0],
+        data.inputs(),
+        &targets,
+        options,
+    )
+    .unwrap()
 }
 
 /// Every entry of the gradient, relative to itself.
@@ -28,7 +35,10 @@ fn check_gradient(name: &str, case: &Case, found: &Evidence, tolerance: f64) {
         let error = (entry - row.value).abs() / row.value.abs();
         let (label, value) = (spec.unwrap_or("noise_std".to_owned()), row.value);
         assert!(label.starts_with(&row.name), "{label} {}", row.name);
-        assert!(error <= tolerance, "{name} {label}: {entry} {value} error {error:e}");
+        assert!(
+            error <= tolerance,
+            "{name} {label}: {entry} {value} error {error:e}"
+        );
     }
 }
 
@@ -37,7 +47,10 @@ fn value_and_gradient_of_five_contexts_with_their_own_inputs() {
     for name in ["five", "curve"] {
         let case = case(name);
         let found = evaluate(&case, LikelihoodOptions::dense());
-        let (value, expected) = (found.evaluation.log_marginal_likelihood, case.expected[0].value);
+        let (value, expected) = (
+            found.evaluation.log_marginal_likelihood,
+            case.expected[0].value,
+        );
         // n ε κ(K) with κ ≤ tr K/σ² near 1e5 (five) and 1e7 (curve) is below 1e-7; the error seen
         // is 1e-15 and 1e-12.
         let error = (value - expected).abs() / expected.abs();
@@ -62,13 +75,19 @@ fn certified_value_is_within_its_bound_and_its_gradient_follows() {
         let error = (evaluation.log_marginal_likelihood - curve.expected[0].value).abs();
         assert!(error <= evaluation.error_bound, "{error:e} {evaluation:?}");
         assert!(evaluation.rank < 70, "{evaluation:?}");
-        let largest = curve.expected[1..].iter().fold(0.0, |l: f64, row| l.max(row.value.abs()));
+        let largest = curve.expected[1..]
+            .iter()
+            .fold(0.0, |l: f64, row| l.max(row.value.abs()));
         for (entry, row) in found.gradient.iter().zip(&curve.expected[1..]) {
             // A change by the certificate over σ = 0.02, as the gradient is that of the
             // truncated value, beside what rounding may do.
             let error = (entry - row.value).abs();
             let tolerance = 50.0 * certificate + 1e-8 * largest;
-            assert!(error <= tolerance, "{certificate} {}: {entry} {error:e}", row.name);
+            assert!(
+                error <= tolerance,
+                "{certificate} {}: {entry} {error:e}",
+                row.name
+            );
         }
     }
 }
@@ -96,7 +115,10 @@ fn posterior_of_every_context_and_between_contexts() {
             assert!(error <= 1e-10, "{name} {idx}: mean {mean} {error:e}");
             let (var, expected) = (prediction.var[idx], expected[(idx, idx)]);
             let error = (var - expected).abs() / case.covariance.diag(points.as_ref())[idx];
-            assert!(error <= 1e-10, "{name} {idx}: var {var} {expected} {error:e}");
+            assert!(
+                error <= 1e-10,
+                "{name} {idx}: var {var} {expected} {error:e}"
+            );
         }
         let joint = dense.predict_covariance(points.as_ref()).unwrap();
         let error = relative_difference(&joint, &expected);
@@ -114,8 +136,7 @@ fn low_rank_posterior_of_every_context() {
     let options = certified(1e-6);
     let noise_std = case.noise_std[0];
     let covariance = case.covariance.clone();
-    let found =
-        FitPosterior::new(covariance, noise_std, data.inputs(), &targets, options).unwrap();
+    let found = FitPosterior::new(covariance, noise_std, data.inputs(), &targets, options).unwrap();
     let prediction = found.predict(points.as_ref()).unwrap();
     assert!(found.rank() < targets.len(), "{}", found.rank());
     for (idx, mean) in means.iter().enumerate() {
@@ -124,6 +145,10 @@ fn low_rank_posterior_of_every_context() {
         let error = (prediction.mean[idx] - mean).abs();
         assert!(error <= 1.4e-3 * std + 1e-8, "{idx}: mean {mean} {error:e}");
         let error = (prediction.var[idx] - std * std).abs();
-        assert!(error <= 1e-3 * std * std, "{idx}: var {} {error:e}", std * std);
+        assert!(
+            error <= 1e-3 * std * std,
+            "{idx}: var {} {error:e}",
+            std * std
+        );
     }
 }
