@@ -1,12 +1,27 @@
 #![doc = include_str!("../README.md")]
 
+mod baselines;
+mod bic;
+mod climb;
 mod error;
 mod layout;
 mod prior;
+mod rank_part;
 mod runs;
+mod staged;
 mod task_cov;
+mod task_fit;
+mod task_start;
 
+pub use baselines::{fit_independent, fit_pooled, fit_separate};
+pub use bic::{
+    Criterion, RankCandidate, RankChoice, RankCounts, choose_rank, choose_rank_per_joint,
+};
 pub use error::MtgpError;
 pub use layout::{Stacked, with_task};
 pub use prior::MultiTaskCovariance;
+pub use rank_part::{RankPart, rank_part};
+pub use staged::{StageOne, fit_rank};
 pub use task_cov::{TaskCovariance, TaskFactor};
+pub use task_fit::{MultiTaskOptions, Origin, TaskFit, TaskFitReport, TaskStart};
+pub use task_start::{AugmentedTargets, augmented_k_task, augmented_targets};

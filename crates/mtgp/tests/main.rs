@@ -7,5 +7,9 @@
 )]
 
 mod eq_16;
+mod eq_19;
+mod eq_28;
 mod fixture;
+mod icm_draws;
 mod laws;
+mod staged;
