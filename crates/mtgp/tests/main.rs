@@ -6,6 +6,9 @@
     reason = "values worked by hand are exact in binary"
 )]
 
+mod bad_input;
 mod eq_16;
 mod fixture;
+mod identities;
 mod laws;
+mod layout;
