@@ -6,10 +6,13 @@
     reason = "values worked by hand are exact in binary"
 )]
 
+mod bad_input;
 mod eq_16;
 mod eq_19;
 mod eq_28;
 mod fixture;
 mod icm_draws;
+mod identities;
 mod laws;
+mod layout;
 mod staged;
