@@ -22,7 +22,7 @@ use crate::task_fit::{MultiTaskOptions, Origin, TaskFit};
 use crate::task_start::{augmented_k_task, augmented_targets};
 
 /// Part of the mean diagonal of K^ρ that a new column of Λ adds to its trace.
-const NEW_COLUMN: f64 = 0.01;
+const NEW_COLUMN: f64 = 1e-4;
 
 /// A column of Λ below this part of the root mean diagonal of K^ρ is taken for zero.
 const ZERO_COLUMN: f64 = 1e-6;
