@@ -43,7 +43,7 @@ const EQUATIONS: [(u32, &str, Option<&str>); 28] = [
     (13, "parameters up to a linear map", MANY),
     (14, "multi-task prior", MANY),
     (15, "prior on the functions z", MANY),
-    (16, "prior on the torques of all contexts", MANY),
+    (16, "prior on the torques of all contexts", None),
     (17, "prediction for a complete block design", MANY),
     (18, "likelihood without noise", MANY),
     (19, "BIC of a rank", MANY),

@@ -5,8 +5,10 @@ mod layout;
 mod prior;
 mod runs;
 mod task_cov;
+mod task_noise;
 
 pub use error::MtgpError;
 pub use layout::{Stacked, with_task};
 pub use prior::MultiTaskCovariance;
 pub use task_cov::{TaskCovariance, TaskFactor};
+pub use task_noise::{TaskNoise, TaskNoisePosterior};

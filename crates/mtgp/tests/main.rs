@@ -12,3 +12,5 @@ mod fixture;
 mod identities;
 mod laws;
 mod layout;
+mod memory;
+mod task_noise;
