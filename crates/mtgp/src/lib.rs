@@ -11,6 +11,7 @@ mod runs;
 mod staged;
 mod task_cov;
 mod task_fit;
+mod task_noise;
 mod task_start;
 
 pub use baselines::{fit_independent, fit_pooled, fit_separate};
@@ -24,4 +25,5 @@ pub use rank_part::{RankPart, rank_part};
 pub use staged::{StageOne, fit_rank};
 pub use task_cov::{TaskCovariance, TaskFactor};
 pub use task_fit::{MultiTaskOptions, Origin, TaskFit, TaskFitReport, TaskStart};
+pub use task_noise::{TaskNoise, TaskNoisePosterior};
 pub use task_start::{AugmentedTargets, augmented_k_task, augmented_targets};

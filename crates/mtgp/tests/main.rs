@@ -15,4 +15,6 @@ mod icm_draws;
 mod identities;
 mod laws;
 mod layout;
+mod memory;
 mod staged;
+mod task_noise;
