@@ -2,12 +2,19 @@
 
 mod error;
 mod kron;
+mod layout;
 mod noise_free;
+mod prior;
 mod repeated_inputs;
+mod runs;
 mod sequential;
 mod structured_prediction;
+mod task_cov;
 
 pub use error::MtgpError;
 pub use kron::{BlockGradient, CompleteBlock};
+pub use layout::{Stacked, with_task};
 pub use noise_free::NoiseFreeBlock;
+pub use prior::MultiTaskCovariance;
 pub use repeated_inputs::{FactorGradient, RepeatedInputs, SharedObservations};
+pub use task_cov::{TaskCovariance, TaskFactor};

@@ -9,5 +9,6 @@
 mod eq_17;
 mod eq_18;
 mod eq_23_26;
+mod laws;
 mod repeated_inputs;
 mod textbook;
