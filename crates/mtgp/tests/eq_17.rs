@@ -1,8 +1,9 @@
 //! Eq. (17): a complete block by eigendecompositions is the same process as by the whole matrix.
 
 use faer::{Mat, mat};
+use gp_core::{Posterior, log_marginal_likelihood_with_gradient};
 use kernels::{Constant, Covariance};
-use mtgp::{CompleteBlock, MtgpError};
+use mtgp::{CompleteBlock, MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
 
 use crate::textbook::{Case, assert_close, complete_case, entries, random, torque_covariance};
 
@@ -133,4 +134,51 @@ fn bad_data_is_named() {
             columns: 1
         })
     );
+}
+
+#[test]
+fn complete_block_equals_the_prior_of_eq_16_in_the_dense_engine() {
+    let (n_inputs, n_tasks, noise_std) = (40, 6, 0.3);
+    let entries: Vec<f64> = random(TaskFactor::count(n_tasks, 3), 1, 5)
+        .col_as_slice(0)
+        .to_vec();
+    let factor = TaskFactor::from_entries(n_tasks, 3, &entries).unwrap();
+    let task = TaskCovariance::Factor(factor);
+    let prior = MultiTaskCovariance::new(torque_covariance(), task.clone());
+    let (x, targets) = (random(n_inputs, 6, 6), random(n_inputs, n_tasks, 7));
+    let (k_task, noise) = (task.k_task(), vec![noise_std; n_tasks]);
+    let (k, t) = (k_task.as_ref(), targets.as_ref());
+    let block = CompleteBlock::new(torque_covariance(), k, &noise, x.as_ref(), t).unwrap();
+
+    let case = complete_case(torque_covariance(), &k_task, &noise, &x, &targets);
+    assert!(case.rounding() <= AGREEMENT, "{:e}", case.rounding());
+    let rows = Mat::from_fn(case.x.nrows(), 7, |row, col| match col {
+        6 => case.tasks[row] as f64,
+        _ => case.x[(row, col)],
+    });
+    let (rows, t) = (rows.as_ref(), &case.targets);
+    let (value, dense) = log_marginal_likelihood_with_gradient(&prior, noise_std, rows, t).unwrap();
+    let found = block.log_marginal_likelihood().unwrap();
+    assert_close("value", &[found], &[value], AGREEMENT);
+
+    let gradient = block.gradient();
+    let mut of_factor = vec![0.0; task.n_params()];
+    task.add_adjoint(gradient.k_task.as_ref(), &mut of_factor);
+    let (of_prior, of_noise) = dense.split_at(prior.n_params());
+    let (of_theta, of_entries) = of_prior.split_at(gradient.theta.len());
+    assert_close("theta", &gradient.theta, of_theta, AGREEMENT);
+    assert_close("task_factor", &of_factor, of_entries, AGREEMENT);
+    let shared: f64 = gradient.noise_std.iter().sum();
+    assert_close("noise_std", &[shared], of_noise, AGREEMENT);
+
+    let posterior = Posterior::new(prior, noise_std, rows, t).unwrap();
+    let x_test = random(130, 6, 8); // more than one block of test points
+    for task in 0..n_tasks {
+        let found = block.predict(task, x_test.as_ref()).unwrap();
+        let dense = posterior
+            .predict(with_task(x_test.as_ref(), task).as_ref())
+            .unwrap();
+        assert_close("mean", &found.mean, &dense.mean, AGREEMENT);
+        assert_close("var", &found.var, &dense.var, AGREEMENT);
+    }
 }

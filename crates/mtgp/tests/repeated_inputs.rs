@@ -1,8 +1,12 @@
 //! Repeated inputs in incomplete designs: the reduction to pseudo-observations changes nothing.
 
 use faer::{Mat, mat};
-use kernels::{Constant, TorqueCovariance};
-use mtgp::{CompleteBlock, MtgpError, RepeatedInputs, SharedObservations};
+use gp_core::{Posterior, log_marginal_likelihood_with_gradient};
+use kernels::{Constant, Covariance, TorqueCovariance};
+use mtgp::{
+    CompleteBlock, MtgpError, MultiTaskCovariance, RepeatedInputs, SharedObservations, Stacked,
+    TaskCovariance, TaskFactor, with_task,
+};
 
 use crate::textbook::{Case, assert_close, entries, random, torque_covariance};
 
@@ -166,4 +170,67 @@ fn an_unknown_task_is_named() {
         error.map(|_| ()),
         Err(MtgpError::UnknownTask { row, task, n_tasks })
     );
+}
+
+#[test]
+fn samples_as_they_are_stacked_equal_the_dense_engine() {
+    let (n_tasks, rank, noise_std) = (6, 3, 0.3);
+    let lambda = Mat::from_fn(n_tasks, rank, |row, col| {
+        if col <= row {
+            random(n_tasks, rank, 5)[(row, col)]
+        } else {
+            0.0
+        }
+    });
+    let task = TaskCovariance::Factor(TaskFactor::new(lambda.clone()).unwrap());
+    let prior = MultiTaskCovariance::new(torque_covariance(), task.clone());
+    // Thirty inputs, of which task γ sees those whose number γ + 2 does not divide.
+    let distinct = random(30, 6, 6);
+    let seen: Vec<(usize, usize)> = (0..30)
+        .flat_map(|input| (0..n_tasks).map(move |task| (input, task)))
+        .filter(|(input, task)| input % (task + 2) != 0)
+        .collect();
+    let x = Mat::from_fn(seen.len(), 6, |row, col| distinct[(seen[row].0, col)]);
+    let tasks: Vec<usize> = seen.iter().map(|(_, task)| *task).collect();
+    let stacked = Stacked::new(x.as_ref(), &tasks, n_tasks).unwrap();
+    let targets = stacked.stack(random(seen.len(), 1, 7).col_as_slice(0));
+
+    let (unique, input_idx) = stacked.unique_inputs();
+    let observations = SharedObservations {
+        x: unique.as_ref(),
+        input_idx: &input_idx,
+        tasks: stacked.tasks(),
+        targets: &targets,
+    };
+    let noise = vec![noise_std; n_tasks];
+    let found = RepeatedInputs::new(torque_covariance(), lambda.as_ref(), &noise, observations);
+    let found = found.unwrap();
+    assert!(found.order() < seen.len(), "{}", found.order());
+
+    let (rows, t) = (stacked.inputs(), &targets);
+    let (value, dense) = log_marginal_likelihood_with_gradient(&prior, noise_std, rows, t).unwrap();
+    let ours = found.log_marginal_likelihood().unwrap();
+    assert_close("value", &[ours], &[value], AGREEMENT);
+    let gradient = found.gradient();
+    let (of_prior, of_noise) = dense.split_at(prior.n_params());
+    let (of_theta, of_entries) = of_prior.split_at(gradient.theta.len());
+    assert_close("theta", &gradient.theta, of_theta, AGREEMENT);
+    let free: Vec<f64> = (0..n_tasks)
+        .flat_map(|row| (0..rank.min(row + 1)).map(move |col| (row, col)))
+        .map(|at| gradient.lambda[at])
+        .collect();
+    assert_close("task_factor", &free, of_entries, AGREEMENT);
+    let shared: f64 = gradient.noise_std.iter().sum();
+    assert_close("noise_std", &[shared], of_noise, AGREEMENT);
+
+    let posterior = Posterior::new(prior, noise_std, rows, t).unwrap();
+    let x_test = random(130, 6, 8); // more than one block of test points
+    for task in 0..n_tasks {
+        let found = found.predict(task, x_test.as_ref()).unwrap();
+        let dense = posterior
+            .predict(with_task(x_test.as_ref(), task).as_ref())
+            .unwrap();
+        assert_close("mean", &found.mean, &dense.mean, AGREEMENT);
+        assert_close("var", &found.var, &dense.var, AGREEMENT);
+    }
 }
