@@ -165,8 +165,8 @@ fn scale_of_the_input_covariance_does_not_matter() {
 }
 
 #[test]
-fn two_inputs_by_hand() {
-    // K^x = 4·1 (one input), T = (6): G = 9, K^ρ = 9, L = −½(log 9 + log 4 + 1 + log 2π).
+fn one_input_by_hand() {
+    // K^x = 4, T = (6): G = 9, K^ρ = 9, L = −½(log 9 + log 4 + 1 + log 2π).
     let (x, t) = (mat![[0.0]], mat![[6.0]]);
     let block = NoiseFreeBlock::new(Constant::new(2.0).unwrap(), x.as_ref(), t.as_ref()).unwrap();
     assert_close(
