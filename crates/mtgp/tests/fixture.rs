@@ -55,7 +55,7 @@ fn all_rows(file: &str) -> Vec<Vec<String>> {
         .collect()
 }
 
-fn number(cell: &String) -> f64 {
+fn number(cell: &str) -> f64 {
     cell.parse().unwrap()
 }
 

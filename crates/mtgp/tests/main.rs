@@ -6,9 +6,14 @@
     reason = "values worked by hand are exact in binary"
 )]
 
+mod bad_input;
+mod eq_16;
 mod eq_17;
 mod eq_18;
 mod eq_23_26;
+mod fixture;
+mod identities;
 mod laws;
+mod layout;
 mod repeated_inputs;
 mod textbook;
