@@ -16,6 +16,7 @@ use crate::low_rank::rounding_of_entries;
 pub(crate) struct Dense {
     gram: Mat<f64>,
     scratch: Mat<f64>,
+    alpha: Vec<f64>,
 }
 
 /// Value of eq. (8) with the error that rounding K leaves in it.
@@ -31,7 +32,13 @@ impl Dense {
         Self {
             gram: Mat::new(),
             scratch: Mat::new(),
+            alpha: Vec::new(),
         }
+    }
+
+    /// α = K⁻¹t of the last gradient, (n,).
+    pub fn alpha(&self) -> &[f64] {
+        &self.alpha
     }
 
     /// The value of eq. (8).
@@ -82,10 +89,9 @@ impl Dense {
         covariance.gram_adjoint(x, adjoint.as_ref(), of_theta);
         Jitter::new(noise_std)?.gram_adjoint(x, adjoint.as_ref(), of_noise);
         self.gram = adjoint;
-        Ok(DenseValue {
-            value,
-            rounding: rounding(&alpha, largest, noise_std),
-        })
+        let rounding = rounding(&alpha, largest, noise_std);
+        self.alpha = alpha;
+        Ok(DenseValue { value, rounding })
     }
 
     /// The factor of K = c(X, X) + σ²I, in the memory of `gram`, and max K_aa.

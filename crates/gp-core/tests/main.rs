@@ -15,6 +15,7 @@ mod eq_09;
 mod eq_22;
 mod failures;
 mod fixture;
+mod joint_covariance;
 mod low_rank_posterior;
 mod memory;
 mod model_file;

@@ -10,6 +10,7 @@ mod runs;
 mod sequential;
 mod structured_prediction;
 mod task_cov;
+mod task_noise;
 
 pub use error::MtgpError;
 pub use kron::{BlockGradient, CompleteBlock};
@@ -18,3 +19,4 @@ pub use noise_free::NoiseFreeBlock;
 pub use prior::MultiTaskCovariance;
 pub use repeated_inputs::{FactorGradient, RepeatedInputs, SharedObservations};
 pub use task_cov::{TaskCovariance, TaskFactor};
+pub use task_noise::{TaskNoise, TaskNoisePosterior};

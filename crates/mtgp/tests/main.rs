@@ -15,5 +15,7 @@ mod fixture;
 mod identities;
 mod laws;
 mod layout;
+mod memory;
 mod repeated_inputs;
+mod task_noise;
 mod textbook;
