@@ -22,4 +22,5 @@ mod optimizer;
 mod predictor;
 mod recovery;
 mod samples;
+mod threads;
 mod torque_models;
