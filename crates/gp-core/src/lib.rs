@@ -10,6 +10,7 @@ mod fit;
 mod fit_posterior;
 mod fit_report;
 mod init;
+mod joint_covariance;
 mod log_marginal;
 mod low_rank;
 mod low_rank_posterior;
