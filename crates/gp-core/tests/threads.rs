@@ -16,7 +16,7 @@ use crate::curves;
 const PRINTS: &str = "GP_CORE_TEST_PRINTS_BITS";
 
 fn bits_of_value_and_gradient() -> String {
-    let x = curves::inputs(900);
+    let x = curves::inputs(1500);
     let targets = curves::targets(&x);
     let covariance = curves::covariance(4.0);
     let mut gradient = vec![0.0; covariance.n_params() + 1];
