@@ -8,7 +8,10 @@
 
 mod bad_input;
 mod eq_16;
+mod eq_17;
+mod eq_18;
 mod eq_19;
+mod eq_23_26;
 mod eq_28;
 mod fixture;
 mod icm_draws;
@@ -16,5 +19,7 @@ mod identities;
 mod laws;
 mod layout;
 mod memory;
+mod repeated_inputs;
 mod staged;
 mod task_noise;
+mod textbook;
