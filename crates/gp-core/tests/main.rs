@@ -23,4 +23,5 @@ mod optimizer;
 mod predictor;
 mod recovery;
 mod samples;
+mod threads;
 mod torque_models;
