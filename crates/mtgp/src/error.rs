@@ -81,6 +81,22 @@ pub enum MtgpError {
         /// Columns.
         columns: usize,
     },
+    /// A context is asked for without the torques of any joint.
+    #[error("no joint has torques to tell the context by")]
+    NoJoints,
+    /// Numbers that are not probabilities: negative, not finite, or of another sum than one.
+    #[error("row {row} of the {what} does not hold probabilities: its sum is {sum}")]
+    NotProbabilities {
+        /// Which numbers.
+        what: &'static str,
+        /// Row, from zero; 0 of a vector.
+        row: usize,
+        /// The sum found.
+        sum: f64,
+    },
+    /// No context can have made the torques, or a density is not a number.
+    #[error("no context has a usable density of the new torques")]
+    NoUsableDensity,
     /// Hyperparameters that no covariance has.
     #[error(transparent)]
     Kernel(#[from] kernels::KernelError),

@@ -1,32 +1,49 @@
 #![doc = include_str!("../README.md")]
 
 mod baselines;
+mod basis;
 mod bic;
 mod climb;
+mod context_estimate;
+mod context_filter;
+mod context_tracker;
 mod error;
 mod kron;
+mod latent_functions;
+mod latent_predictor;
 mod layout;
 mod noise_free;
+mod predictive;
 mod prior;
 mod rank_part;
 mod repeated_inputs;
 mod runs;
+mod sample_window;
 mod sequential;
 mod staged;
 mod structured_prediction;
 mod task_cov;
 mod task_fit;
 mod task_noise;
+mod task_row;
 mod task_start;
+mod window_factor;
 
 pub use baselines::{fit_independent, fit_pooled, fit_separate};
 pub use bic::{
     Criterion, RankCandidate, RankChoice, RankCounts, choose_rank, choose_rank_per_joint,
 };
+pub use context_estimate::{
+    ContextEvidence, ContextPosterior, ContextPrior, JointTorques, context_evidence,
+};
+pub use context_filter::{ContextFilter, ContextTransition};
+pub use context_tracker::ContextTracker;
 pub use error::MtgpError;
 pub use kron::{BlockGradient, CompleteBlock};
+pub use latent_functions::LatentFunctions;
 pub use layout::{Stacked, with_task};
 pub use noise_free::NoiseFreeBlock;
+pub use predictive::{ContextModel, PredictiveDensity};
 pub use prior::MultiTaskCovariance;
 pub use rank_part::{RankPart, rank_part};
 pub use repeated_inputs::{FactorGradient, RepeatedInputs, SharedObservations};
@@ -35,3 +52,4 @@ pub use task_cov::{TaskCovariance, TaskFactor};
 pub use task_fit::{MultiTaskOptions, Origin, TaskFit, TaskFitReport, TaskStart};
 pub use task_noise::{TaskNoise, TaskNoisePosterior};
 pub use task_start::{AugmentedTargets, augmented_k_task, augmented_targets};
+pub use task_row::TaskRow;

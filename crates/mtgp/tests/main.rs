@@ -7,10 +7,12 @@
 )]
 
 mod bad_input;
+mod context_filter;
 mod eq_16;
 mod eq_17;
 mod eq_18;
 mod eq_19;
+mod eq_21;
 mod eq_23_26;
 mod eq_28;
 mod fixture;

@@ -1,0 +1,135 @@
+//! What a posterior has learned, for covariances with functions that its own rows do not name.
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
+use faer::{Accum, ColMut, Mat, MatRef, Par};
+use gp_core::{Factor, FitPosterior, LowRankParts};
+
+use crate::layout::split;
+use crate::prior::MultiTaskCovariance;
+
+/// The points that a posterior is expressed in, with its factors there.
+///
+/// ```text
+/// mean_D(f) = c(f, B) β
+/// cov_D(f, g) = c(f, g) − c(f, B) P c(B, g)
+/// samples as B:  P = K⁻¹ = L⁻ᵀL⁻¹           pivots as B:  P = L_P⁻ᵀ (I − σ²R⁻¹R⁻ᵀ) L_P⁻¹
+/// ```
+/// for any values f, g of the process, whether or not the posterior has a row for them.
+/// # Source
+/// Eqs. (3)–(4); for pivots as for [`gp_core::LowRankPosterior`].
+pub(crate) struct Basis<'a> {
+    prior: &'a MultiTaskCovariance,
+    rows: MatRef<'a, f64>,
+    weights: &'a [f64],
+    factors: Factors<'a>,
+}
+
+enum Factors<'a> {
+    Samples(&'a Factor),
+    Pivots(&'a LowRankParts),
+}
+
+impl<'a> Basis<'a> {
+    pub fn of(posterior: &'a FitPosterior<MultiTaskCovariance>) -> Self {
+        let prior = posterior.covariance();
+        match posterior {
+            FitPosterior::Dense(dense) => Self {
+                prior,
+                rows: dense.x(),
+                weights: dense.alpha(),
+                factors: Factors::Samples(dense.factor()),
+            },
+            FitPosterior::LowRank(low_rank) => Self {
+                prior,
+                rows: low_rank.parts().pivots.as_ref(),
+                weights: &low_rank.parts().weights,
+                factors: Factors::Pivots(low_rank.parts()),
+            },
+        }
+    }
+
+    /// The covariates of B, (b, d), and their tasks, (b,).
+    pub fn points(&self) -> (MatRef<'a, f64>, Vec<usize>) {
+        split(self.rows, self.prior.n_tasks())
+    }
+
+    /// β, (b,).
+    pub fn weights(&self) -> &'a [f64] {
+        self.weights
+    }
+
+    /// L⁻¹ or L_P⁻¹, (b, b), lower triangular.
+    pub fn l(&self) -> MatRef<'a, f64> {
+        match self.factors {
+            Factors::Samples(factor) => factor.l(),
+            Factors::Pivots(parts) => parts.pivot_factor.as_ref(),
+        }
+    }
+
+    /// R and σ² of pivots.
+    pub fn pivot_noise(&self) -> Option<(MatRef<'a, f64>, f64)> {
+        match self.factors {
+            Factors::Samples(_) => None,
+            Factors::Pivots(parts) => {
+                let noise_var = parts.noise_std * parts.noise_std;
+                Some((parts.noise_factor.as_ref(), noise_var))
+            }
+        }
+    }
+
+    /// c(F, F) → cov_D(F, F) with both triangles equal to the bit, from `cross` = c(B, F).
+    ///
+    /// # Shapes
+    /// `cross` (b, p); `covariance` (p, p), read below its diagonal.
+    pub fn condition(&self, mut cross: Mat<f64>, covariance: &mut Mat<f64>) {
+        solve_lower_triangular_in_place(self.l(), cross.as_mut(), Par::Seq);
+        add_inner_product(covariance, -1.0, cross.as_ref());
+        // What the pivots leave unexplained is never negative: rounding must not make it so.
+        for idx in 0..covariance.nrows() {
+            if covariance[(idx, idx)] < 0.0 {
+                covariance[(idx, idx)] = 0.0; // f64::max would turn NaN into certainty
+            }
+        }
+        if let Some((r, noise_var)) = self.pivot_noise() {
+            solve_lower_triangular_in_place(r.transpose(), cross.as_mut(), Par::Seq);
+            add_inner_product(covariance, noise_var, cross.as_ref());
+        }
+        mirror(covariance);
+    }
+
+    /// P c(B, F) in place of `cross` = c(B, F), (b, p).
+    pub fn solve_in_place(&self, cross: &mut Mat<f64>) {
+        solve_lower_triangular_in_place(self.l(), cross.as_mut(), Par::Seq);
+        if let Some((r, noise_var)) = self.pivot_noise() {
+            let mut part = cross.clone();
+            solve_lower_triangular_in_place(r.transpose(), part.as_mut(), Par::Seq);
+            solve_upper_triangular_in_place(r, part.as_mut(), Par::Seq);
+            *cross -= faer::Scale(noise_var) * part;
+        }
+        solve_upper_triangular_in_place(self.l().transpose(), cross.as_mut(), Par::Seq);
+    }
+}
+
+/// out += factor · vᵀv
+pub(crate) fn add_inner_product(out: &mut Mat<f64>, factor: f64, v: MatRef<'_, f64>) {
+    matmul(out.as_mut(), Accum::Add, v.transpose(), v, factor, Par::Seq);
+}
+
+/// Copies the lower triangle to the upper one.
+pub(crate) fn mirror(matrix: &mut Mat<f64>) {
+    for col in 1..matrix.ncols() {
+        for row in 0..col {
+            matrix[(row, col)] = matrix[(col, row)];
+        }
+    }
+}
+
+/// out += aᵀv
+pub(crate) fn add_transposed_product(a: MatRef<'_, f64>, v: &[f64], out: &mut [f64]) {
+    let v = faer::ColRef::from_slice(v).as_mat();
+    let out = ColMut::from_slice_mut(out).as_mat_mut();
+    matmul(out, Accum::Add, a.transpose(), v, 1.0, Par::Seq);
+}

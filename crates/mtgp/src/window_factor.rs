@@ -1,0 +1,141 @@
+//! A Cholesky factor that grows by its last row and loses its first.
+
+/// Factor of the covariance of the torques in a window, with their whitened residuals.
+///
+/// ```text
+/// A = LLᵀ,   z = L⁻¹e
+/// ```
+/// A new torque adds a row in O(w²); the oldest leaves in O(w²), as the rest of A is
+/// L₂₂L₂₂ᵀ + l₂₁l₂₁ᵀ: an update by one positive term, which rotations do without loss.
+/// # Source
+/// Golub & Van Loan 2013, sec. 6.5.4; Gill, Golub, Murray & Saunders 1974, method C1.
+#[derive(Debug, Clone)]
+pub(crate) struct WindowFactor {
+    capacity: usize,
+    order: usize,
+    l: Vec<f64>, // (capacity, capacity), row after row
+    z: Vec<f64>, // (capacity,)
+    leaving: Vec<f64>,
+}
+
+impl WindowFactor {
+    pub fn new(capacity: usize) -> Self {
+        Self {
+            capacity,
+            order: 0,
+            l: vec![0.0; capacity * capacity],
+            z: vec![0.0; capacity],
+            leaving: vec![0.0; capacity],
+        }
+    }
+
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Log density of the next residual given those held, which it joins.
+    ///
+    /// ```text
+    /// l = L⁻¹a,   v = σ² + (c − lᵀl)₊,   log N(e; lᵀz, v)
+    /// ```
+    /// # Shapes
+    /// `covariances` a and then c, of the latent torque, (order + 1,).
+    pub fn append(&mut self, covariances: &[f64], noise_var: f64, residual: f64) -> f64 {
+        let (order, capacity) = (self.order, self.capacity);
+        let (above, row) = self.l.split_at_mut(order * capacity);
+        for col in 0..order {
+            let known = &above[col * capacity..];
+            let sum = dot(&row[..col], &known[..col]);
+            row[col] = (covariances[col] - sum) / known[col];
+        }
+        let unexplained = covariances[order] - dot(&row[..order], &row[..order]);
+        // The comparison lets NaN through, which f64::max would turn into certainty.
+        let latent_var = if unexplained < 0.0 { 0.0 } else { unexplained };
+        let std = (noise_var + latent_var).sqrt();
+        let z = (residual - dot(&row[..order], &self.z[..order])) / std;
+        row[order] = std;
+        self.z[order] = z;
+        self.order += 1;
+        -0.5 * (z * z + std::f64::consts::TAU.ln()) - std.ln()
+    }
+
+    /// Takes the newest residual out.
+    pub fn drop_last(&mut self) {
+        self.order = self.order.saturating_sub(1);
+    }
+
+    /// Takes all residuals out.
+    pub fn clear(&mut self) {
+        self.order = 0;
+    }
+
+    /// Takes the oldest residual out.
+    pub fn drop_first(&mut self) {
+        let (n, capacity) = (self.order, self.capacity);
+        for row in 1..n {
+            self.leaving[row] = self.l[row * capacity];
+        }
+        let mut leaving_z = self.z[0];
+        for k in 1..n {
+            // Rotates (L₂₂, l₂₁) so that l₂₁ vanishes at k, and (z₂, z₁) with it.
+            let old = self.l[k * capacity + k];
+            let pivot = old.hypot(self.leaving[k]);
+            let (cos, sin) = (old / pivot, self.leaving[k] / pivot);
+            for row in k..n {
+                let (l, v) = (self.l[row * capacity + k], self.leaving[row]);
+                self.l[(row - 1) * capacity + k - 1] = cos * l + sin * v;
+                self.leaving[row] = cos * v - sin * l;
+            }
+            let z = self.z[k];
+            self.z[k - 1] = cos * z + sin * leaving_z;
+            leaving_z = cos * leaving_z - sin * z;
+        }
+        self.order = n.saturating_sub(1);
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A_ab = 1/(1 + |a − b|) + σ²δ_ab, positive definite.
+    fn covariances(idx: usize, first: usize) -> Vec<f64> {
+        (first..=idx).map(|other| 1.0 / (1.0 + (idx - other) as f64)).collect()
+    }
+
+    #[test]
+    fn first_density_by_hand() {
+        let mut factor = WindowFactor::new(2);
+        // Variance 3 + 1: z = 2/2.
+        let value = factor.append(&[3.0], 1.0, 2.0);
+        let expected = -0.5 - 2.0_f64.ln() - 0.5 * std::f64::consts::TAU.ln();
+        assert!((value - expected).abs() <= 4.0 * f64::EPSILON, "{value}");
+        // Covariance 2 with it, variance 2 + 1: l = 1, v = 2, mean z = 1.
+        let value = factor.append(&[2.0, 2.0], 1.0, 1.0);
+        let expected = -0.5 * (2.0 * std::f64::consts::TAU).ln();
+        assert!((value - expected).abs() <= 4.0 * f64::EPSILON, "{value}");
+    }
+
+    #[test]
+    fn a_factor_without_its_first_row_is_that_of_the_rest() {
+        let residuals = [0.3, -1.0, 0.7, 2.0, -0.4, 0.1];
+        let mut sliding = WindowFactor::new(4);
+        for (idx, residual) in residuals.iter().enumerate() {
+            let first = idx.saturating_sub(3);
+            if sliding.order() == 4 {
+                sliding.drop_first();
+            }
+            let value = sliding.append(&covariances(idx, first), 0.1, *residual);
+            let mut fresh = WindowFactor::new(4);
+            let mut expected = 0.0;
+            for other in first..=idx {
+                expected = fresh.append(&covariances(other, first), 0.1, residuals[other]);
+            }
+            assert!((value - expected).abs() <= 1e-13, "{idx}: {value} {expected}");
+        }
+    }
+}
