@@ -48,7 +48,7 @@ const EQUATIONS: [(u32, &str, Option<&str>); 28] = [
     (18, "prediction without noise", None),
     (19, "BIC of a rank", None),
     (20, "torques from eleven known contexts", MANY),
-    (21, "which context is it", MANY),
+    (21, "which context is it", None),
     (22, "starting values", None),
     (23, "likelihood of a complete block", None),
     (24, "its gradient with respect to K^ρ", None),

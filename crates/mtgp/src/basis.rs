@@ -61,7 +61,7 @@ impl<'a> Basis<'a> {
         self.weights
     }
 
-    /// L⁻¹ or L_P⁻¹, (b, b), lower triangular.
+    /// L or L_P, (b, b), lower triangular.
     pub fn l(&self) -> MatRef<'a, f64> {
         match self.factors {
             Factors::Samples(factor) => factor.l(),
@@ -98,6 +98,25 @@ impl<'a> Basis<'a> {
             add_inner_product(covariance, noise_var, cross.as_ref());
         }
         mirror(covariance);
+    }
+
+    /// c(f, f) → var_D(f) for every column c(B, f) of `cross`, which rounding can take below zero.
+    ///
+    /// # Shapes
+    /// `cross` (b, p); `variances` (p,).
+    pub fn condition_variances(&self, mut cross: Mat<f64>, variances: &mut [f64]) {
+        solve_lower_triangular_in_place(self.l(), cross.as_mut(), Par::Seq);
+        for (variance, column) in variances.iter_mut().zip(cross.col_iter()) {
+            *variance -= column.squared_norm_l2();
+        }
+        if let Some((r, noise_var)) = self.pivot_noise() {
+            solve_lower_triangular_in_place(r.transpose(), cross.as_mut(), Par::Seq);
+            for (variance, column) in variances.iter_mut().zip(cross.col_iter()) {
+                // The comparison lets NaN through, which f64::max would turn into certainty.
+                let unexplained = if *variance < 0.0 { 0.0 } else { *variance };
+                *variance = unexplained + noise_var * column.squared_norm_l2();
+            }
+        }
     }
 
     /// P c(B, F) in place of `cross` = c(B, F), (b, p).

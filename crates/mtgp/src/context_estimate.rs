@@ -47,7 +47,11 @@ pub fn context_evidence(
     joints: &[JointTorques<'_>],
     x: MatRef<'_, f64>,
 ) -> Result<ContextEvidence, MtgpError> {
-    let n_contexts = joints.first().ok_or(MtgpError::NoJoints)?.model.n_contexts();
+    let n_contexts = joints
+        .first()
+        .ok_or(MtgpError::NoJoints)?
+        .model
+        .n_contexts();
     let mut evidence = ContextEvidence {
         log_densities: vec![0.0; n_contexts],
         squares: vec![0.0; n_contexts],

@@ -22,7 +22,13 @@ pub struct ContextTransition {
 impl ContextTransition {
     /// The context never changes: T = I.
     pub fn none(n_contexts: usize) -> Self {
-        let log = |idx| if idx / n_contexts == idx % n_contexts { 0.0 } else { f64::NEG_INFINITY };
+        let log = |idx| {
+            if idx / n_contexts == idx % n_contexts {
+                0.0
+            } else {
+                f64::NEG_INFINITY
+            }
+        };
         Self {
             n_contexts,
             log_probabilities: (0..n_contexts * n_contexts).map(log).collect(),
@@ -54,7 +60,13 @@ impl ContextTransition {
         }
         let log_stay = -expected_changes;
         let log_other = (-log_stay.exp_m1() / (n_contexts - 1) as f64).ln();
-        let log = |idx| if idx / n_contexts == idx % n_contexts { log_stay } else { log_other };
+        let log = |idx| {
+            if idx / n_contexts == idx % n_contexts {
+                log_stay
+            } else {
+                log_other
+            }
+        };
         Ok(Self {
             n_contexts,
             log_probabilities: (0..n_contexts * n_contexts).map(log).collect(),

@@ -94,6 +94,9 @@ pub enum MtgpError {
         /// The sum found.
         sum: f64,
     },
+    /// A test is to be calibrated without held-out scores.
+    #[error("no held-out scores to calibrate a test with")]
+    NoCalibration,
     /// No context can have made the torques, or a density is not a number.
     #[error("no context has a usable density of the new torques")]
     NoUsableDensity,

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod adapted_posterior;
 mod baselines;
 mod basis;
 mod bic;
@@ -13,6 +14,7 @@ mod latent_functions;
 mod latent_predictor;
 mod layout;
 mod noise_free;
+mod novel_context;
 mod predictive;
 mod prior;
 mod rank_part;
@@ -27,8 +29,10 @@ mod task_fit;
 mod task_noise;
 mod task_row;
 mod task_start;
+mod unknown_context;
 mod window_factor;
 
+pub use adapted_posterior::AdaptedPosterior;
 pub use baselines::{fit_independent, fit_pooled, fit_separate};
 pub use bic::{
     Criterion, RankCandidate, RankChoice, RankCounts, choose_rank, choose_rank_per_joint,
@@ -43,6 +47,9 @@ pub use kron::{BlockGradient, CompleteBlock};
 pub use latent_functions::LatentFunctions;
 pub use layout::{Stacked, with_task};
 pub use noise_free::NoiseFreeBlock;
+pub use novel_context::{
+    Border, NewTorques, RowFit, fit_row, log_density_of_row, log_density_of_row_with_gradient,
+};
 pub use predictive::{ContextModel, PredictiveDensity};
 pub use prior::MultiTaskCovariance;
 pub use rank_part::{RankPart, rank_part};
@@ -51,5 +58,6 @@ pub use staged::{StageOne, fit_rank};
 pub use task_cov::{TaskCovariance, TaskFactor};
 pub use task_fit::{MultiTaskOptions, Origin, TaskFit, TaskFitReport, TaskStart};
 pub use task_noise::{TaskNoise, TaskNoisePosterior};
-pub use task_start::{AugmentedTargets, augmented_k_task, augmented_targets};
 pub use task_row::TaskRow;
+pub use task_start::{AugmentedTargets, augmented_k_task, augmented_targets};
+pub use unknown_context::{Calibration, ContextAnswer, chi_squared_upper_tail, known_or_unknown};

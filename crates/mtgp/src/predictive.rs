@@ -132,10 +132,8 @@ pub trait ContextModel {
     ///
     /// # Errors
     /// What keeps the model from predicting there.
-    fn predictive_densities(
-        &self,
-        x: MatRef<'_, f64>,
-    ) -> Result<Vec<PredictiveDensity>, MtgpError>;
+    fn predictive_densities(&self, x: MatRef<'_, f64>)
+    -> Result<Vec<PredictiveDensity>, MtgpError>;
 }
 
 /// The contexts are the tasks; the latent functions are conditioned once for all of them.
@@ -168,4 +166,3 @@ impl<C: Covariance> ContextModel for Vec<FitPosterior<C>> {
         self.iter().map(of).collect()
     }
 }
-

@@ -118,9 +118,15 @@ impl SampleWindow {
     fn fill_blocks(&mut self, held: usize) {
         let size = self.blocks.len() / self.samples.len();
         let (place, n_places) = (self.place(held), self.samples.len());
-        for (idx, block) in self.blocks.chunks_exact_mut(size).enumerate().take(held + 1) {
+        for (idx, block) in self
+            .blocks
+            .chunks_exact_mut(size)
+            .enumerate()
+            .take(held + 1)
+        {
             let other = &self.samples[(self.first + idx) % n_places];
-            self.predictor.covariance(&self.samples[place], other, block);
+            self.predictor
+                .covariance(&self.samples[place], other, block);
         }
     }
 }

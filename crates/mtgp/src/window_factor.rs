@@ -104,7 +104,9 @@ mod tests {
 
     /// A_ab = 1/(1 + |a − b|) + σ²δ_ab, positive definite.
     fn covariances(idx: usize, first: usize) -> Vec<f64> {
-        (first..=idx).map(|other| 1.0 / (1.0 + (idx - other) as f64)).collect()
+        (first..=idx)
+            .map(|other| 1.0 / (1.0 + (idx - other) as f64))
+            .collect()
     }
 
     #[test]
@@ -135,7 +137,10 @@ mod tests {
             for other in first..=idx {
                 expected = fresh.append(&covariances(other, first), 0.1, residuals[other]);
             }
-            assert!((value - expected).abs() <= 1e-13, "{idx}: {value} {expected}");
+            assert!(
+                (value - expected).abs() <= 1e-13,
+                "{idx}: {value} {expected}"
+            );
         }
     }
 }

@@ -74,7 +74,10 @@ fn run(tracker: &mut ContextTracker) -> (Vec<f64>, Vec<Vec<f64>>) {
     let mut densities = Vec::new();
     let mut last = Vec::new();
     for row in 0..N_NEW {
-        last = tracker.step(&state(&x, row), &torques(row)).unwrap().to_vec();
+        last = tracker
+            .step(&state(&x, row), &torques(row))
+            .unwrap()
+            .to_vec();
         densities.push(tracker.log_densities().to_vec());
     }
     (last, densities)
@@ -153,7 +156,10 @@ fn the_filter_is_the_sum_over_all_paths_of_contexts() {
     }
     for (log, expected) in filter.log_probabilities().iter().zip(last) {
         let expected = (expected / sum).ln();
-        assert!((log - expected).abs() <= 64.0 * f64::EPSILON, "{log} {expected}");
+        assert!(
+            (log - expected).abs() <= 64.0 * f64::EPSILON,
+            "{log} {expected}"
+        );
     }
     assert_eq!(filter.n_samples(), 3);
 }
@@ -239,11 +245,17 @@ fn chains_and_priors_that_do_not_fit_are_refused() {
         message(mat![[1.0, 0.0], [0.5, 0.4]]),
         "row 1 of the transitions does not hold probabilities: its sum is 0.9"
     );
-    assert_eq!(message(mat![[1.0, 0.0]]), "2 columns of transitions, expected 1");
+    assert_eq!(
+        message(mat![[1.0, 0.0]]),
+        "2 columns of transitions, expected 1"
+    );
     let nan = ContextTransition::from_matrix(mat![[f64::NAN]].as_ref());
     assert!(matches!(nan, Err(MtgpError::NotProbabilities { .. })));
     for rate in [-1.0, f64::NAN, f64::INFINITY] {
-        assert!(ContextTransition::switching(2, rate, 1.0).is_err(), "{rate}");
+        assert!(
+            ContextTransition::switching(2, rate, 1.0).is_err(),
+            "{rate}"
+        );
     }
     let prior = ContextPrior::uniform(2).unwrap();
     assert!(ContextFilter::new(&prior, ContextTransition::none(3)).is_err());

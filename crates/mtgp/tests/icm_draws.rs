@@ -37,7 +37,7 @@ pub fn four_tasks_of_rank_two(seed: u64, n_per_task: usize) -> Draw {
     }
 }
 
-fn drawn(
+pub fn drawn(
     truth: &MultiTaskCovariance,
     noise_std: f64,
     seed: u64,
@@ -68,7 +68,7 @@ fn drawn(
 }
 
 /// A standard normal number by the method of Box and Muller.
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
+pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let (radius, angle): (f64, f64) = (rng.random(), rng.random());
     (-2.0 * (1.0 - radius).ln()).sqrt() * (std::f64::consts::TAU * angle).cos()
 }
