@@ -60,11 +60,11 @@ pub fn context_evidence(
     for joint in joints {
         evidence.add(joint, x)?;
     }
-    let n_samples = evidence.n_torques;
-    match evidence.log_densities.iter().all(|value| value.is_finite()) {
-        true => Ok(evidence),
-        false => Err(GpError::NonFiniteLikelihood { n_samples })?,
+    if evidence.log_densities.iter().all(|value| value.is_finite()) {
+        return Ok(evidence);
     }
+    let n_samples = evidence.n_torques;
+    Err(GpError::NonFiniteLikelihood { n_samples })?
 }
 
 impl ContextEvidence {
@@ -213,35 +213,36 @@ pub(crate) fn most_probable(log_probabilities: &[f64]) -> usize {
     best
 }
 
-/// Subtracts log Σ_γ exp(value_γ) from every value, and returns it.
+/// Subtracts log Σ_γ exp(value_γ) from every value.
 ///
 /// # Errors
 /// [`MtgpError::NoUsableDensity`] if a value is NaN or +∞, or all are −∞.
-pub(crate) fn normalise(values: &mut [f64]) -> Result<f64, MtgpError> {
-    let is_bad = |value: &&f64| value.is_nan() || **value == f64::INFINITY;
+pub(crate) fn normalise(values: &mut [f64]) -> Result<(), MtgpError> {
     let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if values.iter().any(|value| is_bad(&value)) || largest == f64::NEG_INFINITY {
+    let has_nan = values.iter().any(|value| value.is_nan());
+    if has_nan || !largest.is_finite() {
         return Err(MtgpError::NoUsableDensity);
     }
     let sum: f64 = values.iter().map(|value| (value - largest).exp()).sum();
-    let log_sum = largest + sum.ln();
     for value in values {
-        *value -= log_sum;
+        // In this order, as the sum of both would round what the difference does not.
+        *value = (*value - largest) - sum.ln();
     }
-    Ok(log_sum)
+    Ok(())
 }
 
+/// Fails unless there are as many as expected.
 pub(crate) fn require_count(
     what: &'static str,
     found: usize,
     expected: usize,
 ) -> Result<(), MtgpError> {
-    match found == expected {
-        true => Ok(()),
-        false => Err(MtgpError::CountMismatch {
-            what,
-            found,
-            expected,
-        }),
+    if found == expected {
+        return Ok(());
     }
+    Err(MtgpError::CountMismatch {
+        what,
+        found,
+        expected,
+    })
 }

@@ -90,7 +90,8 @@ impl ContextTransition {
         for row in 0..n_contexts {
             let entries = || probabilities.row(row).iter();
             let sum: f64 = entries().sum();
-            if entries().any(|entry| *entry < 0.0) || !((sum - 1.0).abs() <= 1e-9) {
+            let is_one = (sum - 1.0).abs() <= 1e-9;
+            if entries().any(|entry| *entry < 0.0) || !is_one {
                 let what = "transitions";
                 return Err(MtgpError::NotProbabilities { what, row, sum });
             }

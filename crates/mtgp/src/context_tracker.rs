@@ -22,8 +22,9 @@ use crate::sample_window::SampleWindow;
 /// After a change of context, the w samples before it count as samples of the new context:
 /// w should be short beside the delay that is allowed.
 ///
-/// A step takes O(b²r + w r² b + m(w² + w r²)) per joint for b basis points, all of it in memory that
-/// was set aside at the start. The dense path has b = n; 1 kHz asks for a low-rank posterior, or few samples.
+/// A step takes O(b²r + w r² b + m w² + m w r²) per joint for b basis points, all of it in memory
+/// that was set aside at the start.
+/// The dense path has b = n; 1 kHz asks for a low-rank posterior, or few samples.
 /// # Source
 /// Eq. (21) with the Markov prior of section 5.
 #[derive(Debug, Clone)]

@@ -127,9 +127,9 @@ fn add_joint(
 /// ⟨A⁻¹ − ααᵀ, B⟩, with the lower triangle of A⁻¹.
 fn weighted_sum(inverse: &Mat<f64>, alpha: &[f64], b: MatRef<'_, f64>) -> f64 {
     let mut sum = 0.0;
-    for col in 0..alpha.len() {
-        for row in 0..alpha.len() {
-            let w = inverse[(row.max(col), row.min(col))] - alpha[row] * alpha[col];
+    for (col, alpha_col) in alpha.iter().enumerate() {
+        for (row, alpha_row) in alpha.iter().enumerate() {
+            let w = inverse[(row.max(col), row.min(col))] - alpha_row * alpha_col;
             sum += w * b[(row, col)];
         }
     }

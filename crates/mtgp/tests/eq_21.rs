@@ -54,7 +54,10 @@ fn ratio<C: Covariance>(
 /// 1e-8 for values up to 100, which κ(K) below 1e6 leaves: n ε κ is near 1e-9 of the value.
 pub fn assert_close(name: &str, a: f64, b: f64) {
     let error = (a - b).abs();
-    assert!(error <= 1e-10 * b.abs().max(100.0), "{name}: {a} {b} {error:e}");
+    assert!(
+        error <= 1e-10 * b.abs().max(100.0),
+        "{name}: {a} {b} {error:e}"
+    );
 }
 
 #[test]
