@@ -158,6 +158,8 @@ mod tests {
             })
             .sum();
         assert!((total - 4.0).abs() <= 16.0 * f64::EPSILON, "{pieces:?}");
+        let over_the_corner = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0)];
+        assert_eq!(dashed(&corner, &[4.0, 5.0]), [over_the_corner.to_vec()]);
         assert_eq!(dashed(&corner, &[]), [corner.to_vec()]);
     }
 }

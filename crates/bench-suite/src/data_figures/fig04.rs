@@ -11,6 +11,7 @@ use crate::split::TrajectoryId;
 
 /// The loads shown, with their lines: solid for the lightest, dashed for the heaviest.
 const LOADS: [(usize, &[f64]); 2] = [(1, &[]), (15, &[6.0, 3.0])];
+// DEVIATION(fig. 4): the chapter draws both joints into one panel with two vertical axes; here each has its own.
 /// One panel: trajectory, joint, and the ends of the chapter's axis, N·m.
 const PANELS: [(TrajectoryId, usize, (f64, f64)); 4] = [
     (shown::NEAR_FAST, 3, (-40.0, 20.0)),
@@ -42,11 +43,14 @@ pub fn make(samples: &Samples) -> Result<Section, BenchError> {
     for (id, joint, (low, high), torques) in &panels {
         let found = extent(torques.iter().flatten().copied());
         section.found(
-            signed(format!(
+            signed(&format!(
                 "{}, joint {joint}: axis from {low} to {high} N·m",
                 label(*id)
             )),
-            signed(format!("torques over {:.2} to {:.2} N·m", found.0, found.1)),
+            signed(&format!(
+                "torques over {:.2} to {:.2} N·m",
+                found.0, found.1
+            )),
         );
     }
     for (id, joint, _, torques) in &panels {
@@ -56,7 +60,7 @@ pub fn make(samples: &Samples) -> Result<Section, BenchError> {
                 "{}, joint {joint}: loads differ most noticeably by a vertical offset",
                 label(*id)
             ),
-            signed(format!(
+            signed(&format!(
                 "c15 minus c1 has mean {mean:.2} N·m and standard deviation {rest:.2} N·m"
             )),
         );
@@ -163,7 +167,7 @@ fn to_csv(panels: &[Panel]) -> String {
 }
 
 /// Minus signs for people.
-fn signed(text: String) -> String {
+fn signed(text: &str) -> String {
     text.replace('-', "−")
 }
 

@@ -105,7 +105,7 @@ mod tests {
             let svg = section
                 .files
                 .iter()
-                .find(|(file, _)| file.ends_with(".svg"))
+                .find(|(file, _)| *file == format!("{name}.svg"))
                 .unwrap();
             let svg = String::from_utf8(svg.1.clone()).unwrap();
             let missing: Vec<char> = svg

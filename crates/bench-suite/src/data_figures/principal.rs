@@ -133,9 +133,13 @@ fn moments<'a>(states: impl Iterator<Item = &'a [f64]> + Clone) -> (Vec<f64>, Ma
     for state in states.clone() {
         assert_eq!(state.len(), N_COVARIATES);
         n += 1.0;
-        mean.iter_mut().zip(state).for_each(|(sum, x)| *sum += x);
+        for (sum, x) in mean.iter_mut().zip(state) {
+            *sum += x;
+        }
     }
-    mean.iter_mut().for_each(|sum| *sum /= n);
+    for sum in &mut mean {
+        *sum /= n;
+    }
 
     let mut covariance = Mat::<f64>::zeros(N_COVARIATES, N_COVARIATES);
     for state in states {
@@ -238,18 +242,14 @@ mod tests {
 
         let state = samples.states_of(shown::NEAR_FAST).nth(1234).unwrap();
         let scores = ours.scores(state, N_COVARIATES);
-        for j in 0..N_COVARIATES {
+        for (j, &x) in state.iter().enumerate() {
             let z: f64 = (0..N_COVARIATES)
                 .map(|k| ours.directions[(j, k)] * scores[k])
                 .sum();
             let rebuilt = ours.mean[j] + ours.scale[j] * z;
             // Orthogonality to 18 ε and two sums of 18 terms.
-            let tolerance = 100.0 * f64::EPSILON * (state[j].abs() + 10.0 * ours.scale[j]);
-            assert!(
-                (rebuilt - state[j]).abs() <= tolerance,
-                "{j}: {rebuilt} {}",
-                state[j]
-            );
+            let tolerance = 100.0 * f64::EPSILON * (x.abs() + 10.0 * ours.scale[j]);
+            assert!((rebuilt - x).abs() <= tolerance, "{j}: {rebuilt} {x}");
         }
     }
 

@@ -117,5 +117,7 @@ mod tests {
     fn ticks_lie_inside_and_zero_has_no_sign() {
         let scale = Scale::around("x", (-0.31, 0.33));
         assert_eq!(texts(&scale), "−0.2 0.0 0.2");
+        let scale = Scale::new("x", (-0.05, 0.5), 0.5); // the first multiple inside is −0.0
+        assert_eq!(texts(&scale), "0.0 0.5");
     }
 }
