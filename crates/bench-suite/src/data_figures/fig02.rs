@@ -56,10 +56,6 @@ pub fn make(samples: &Samples) -> Result<Section, BenchError> {
         "z axis from 0.1 to 0.7 m",
         format!("paths over {}", span(z)),
     );
-    section.found(
-        "p1 nearest to the base, p4 furthest and highest; each rotated about the vertical",
-        "the same (table 1)",
-    );
     Ok(section)
 }
 

@@ -20,7 +20,8 @@ pub enum Scaling {
 /// z = (x − mean) / scale,   C = (1/n) Σ z zᵀ = V diag(λ) Vᵀ,   λ_1 ≥ … ≥ λ_18
 /// score_k(x) = v_kᵀ z
 /// ```
-/// The sign of v_k is chosen so that the score of largest magnitude is negative: that is how figs. 3 and 6 show them.
+/// The sign of v_k is chosen so that the score of largest magnitude is negative, a rule picked after a look
+/// at the ticks of figs. 3 and 6.
 ///
 /// # Source
 /// Section 2.2.
