@@ -5,6 +5,7 @@ use faer::{MatMut, MatRef};
 use crate::columns::{column_mut, for_each_column};
 use crate::covariance::Covariance;
 use crate::error::KernelError;
+use crate::lanes::sum;
 use crate::params::{ParamLayout, Transform};
 use crate::positive::require_positive;
 
@@ -88,7 +89,7 @@ impl Covariance for Constant {
         let mut below = 0.0;
         for_each_column(adjoint, |col_idx, column| {
             diagonal += column[col_idx];
-            below += column[col_idx + 1..].iter().sum::<f64>();
+            below += sum(&column[col_idx + 1..]);
         });
         gradient[0] += 2.0 * self.bias_std * (diagonal + 2.0 * below);
     }
@@ -103,7 +104,7 @@ impl Covariance for Constant {
         assert_eq!((adjoint.nrows(), adjoint.ncols()), (x1.nrows(), x2.nrows()));
         assert_eq!(gradient.len(), 1);
         for_each_column(adjoint, |_, column| {
-            gradient[0] += 2.0 * self.bias_std * column.iter().sum::<f64>();
+            gradient[0] += 2.0 * self.bias_std * sum(column);
         });
     }
 }

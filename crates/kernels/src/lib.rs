@@ -7,6 +7,7 @@ mod covariance;
 mod error;
 mod features;
 mod jitter;
+mod lanes;
 mod linear_ard;
 mod params;
 mod positive;

@@ -7,6 +7,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::columns::{column_mut, for_each_column};
+use crate::lanes::{dot, lane_sum, weighted_squares};
 use crate::se_ard::{BLOCK, Scaled, correlations, cross_block};
 
 /// Sums over the strictly lower triangle of W = Q ∘ E, gathered block by block.
@@ -43,13 +44,8 @@ impl LowerSums {
             let w = column_mut(&mut block, k);
             self.diagonal += q_column[k] * w[k];
             w[..=k].fill(0.0);
-            let mut column_sum = 0.0;
-            let below = w[k + 1..].iter_mut().zip(&q_column[k + 1..]);
-            for ((w, q), weight) in below.zip(&mut self.weights[first + k + 1..]) {
-                *w *= q;
-                *weight += *w;
-                column_sum += *w;
-            }
+            let row_sums = &mut self.weights[first + k + 1..];
+            let column_sum = weigh_column(&mut w[k + 1..], &q_column[k + 1..], row_sums);
             self.weights[first + k] += column_sum;
             self.below += column_sum;
         });
@@ -67,9 +63,7 @@ impl LowerSums {
         );
         for (j, product) in self.products.iter_mut().enumerate() {
             let z_block = &z.col_as_slice(j)[first..first + width];
-            *product += (z_block.iter().zip(column_mut(&mut wz, j).iter()))
-                .map(|(z, wz)| z * wz)
-                .sum::<f64>();
+            *product += dot(z_block, column_mut(&mut wz, j));
         }
     }
 }
@@ -121,9 +115,6 @@ impl CrossSums {
 }
 
 /// w ← w ∘ q; adds w to the row sums and returns its sum.
-///
-/// The sum is made in eight lanes, whatever the machine's vectors, so that its
-/// rounding is the same everywhere.
 fn weigh_column(w: &mut [f64], q: &[f64], row_sums: &mut [f64]) -> f64 {
     pulp::Arch::new().dispatch(
         #[inline(always)]
@@ -132,25 +123,7 @@ fn weigh_column(w: &mut [f64], q: &[f64], row_sums: &mut [f64]) -> f64 {
                 *w *= q;
                 *row_sum += *w;
             }
-            let mut lanes = [0.0; 8];
-            let chunks = w.chunks_exact(8);
-            let rest: f64 = chunks.remainder().iter().sum();
-            for chunk in chunks {
-                for (lane, value) in lanes.iter_mut().zip(chunk) {
-                    *lane += value;
-                }
-            }
-            lanes.iter().sum::<f64>() + rest
+            lane_sum(w)
         },
     )
-}
-
-fn weighted_squares(values: &[f64], weights: &[f64]) -> f64 {
-    (values.iter().zip(weights))
-        .map(|(value, weight)| weight * value * value)
-        .sum()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
