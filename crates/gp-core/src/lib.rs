@@ -19,6 +19,7 @@ mod orthogonal;
 mod pivot_choice;
 mod pivoted;
 mod posterior;
+mod search;
 
 pub use bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};
 pub use cholesky::Factor;
@@ -38,3 +39,4 @@ pub use model::{
 };
 pub use optimize::StopReason;
 pub use posterior::{Posterior, Prediction};
+pub use search::{Likelihood, SearchEnd, search};

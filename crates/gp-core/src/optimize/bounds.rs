@@ -75,13 +75,20 @@ impl<F: FnMut(&[f64], &mut [f64]) -> f64> Reparametrised<F> {
     }
 }
 
+/// Whether exp and its kin neither overflowed nor vanished.
+fn is_usable(transform: Transform, theta: f64) -> bool {
+    let is_positive = match transform {
+        Transform::Positive | Transform::Below { .. } | Transform::SquareAbove { .. } => true,
+    };
+    theta.is_finite() && (theta > 0.0 || !is_positive)
+}
+
 impl<F: FnMut(&[f64], &mut [f64]) -> f64> Objective for Reparametrised<F> {
     fn value_and_gradient(&mut self, z: &[f64], gradient: &mut [f64]) -> f64 {
         for ((theta, transform), &z) in self.theta.iter_mut().zip(&self.transforms).zip(z) {
             *theta = transform.natural(z);
         }
-        let is_usable = |theta: &f64| theta.is_finite() && *theta > 0.0;
-        if !self.theta.iter().all(is_usable) {
+        if !(self.theta.iter().zip(&self.transforms)).all(|(theta, t)| is_usable(*t, *theta)) {
             return f64::INFINITY;
         }
         let value = (self.natural_objective)(&self.theta, gradient);
