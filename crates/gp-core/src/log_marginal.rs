@@ -290,3 +290,28 @@ impl<'a> LogMarginal<'a> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sample_takes_one_row_of_each_stretch_and_no_pattern_of_them() {
+        for (n, count) in [(1536, 512), (4000, 512), (56_000, 7000), (10, 10)] {
+            let rows = sample_rows(n, count);
+            assert_eq!(rows.len(), count);
+            for (idx, row) in rows.iter().enumerate() {
+                assert!((idx * n / count..(idx + 1) * n / count).contains(row));
+            }
+        }
+        // Data in a cycle of 8: every phase is seen about equally often.
+        let mut phases = [0; 8];
+        for row in sample_rows(4096, 512) {
+            phases[row % 8] += 1;
+        }
+        assert!(
+            phases.iter().all(|count| (60..=68).contains(count)),
+            "{phases:?}"
+        );
+    }
+}

@@ -34,7 +34,6 @@ use std::f64::consts::PI;
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par, RowRef};
 use kernels::Covariance;
@@ -141,10 +140,10 @@ impl LowRank {
     /// Gradient of log p̂ with the pivots held fixed, with respect to (θ, σ).
     ///
     /// ```text
-    /// Q = ½(α̂α̂ᵀ − A⁻¹),  W = K_nP K_PP⁻¹ = Φ V,  V = L_P⁻¹
+    /// Q = ½(α̂α̂ᵀ − A⁻¹),  W = K_nP K_PP⁻¹ = Φ L_P⁻¹
     /// ∂ log p̂ = Σ (2QW) ∘ ∂K_nP − Σ (WᵀQW) ∘ ∂K_PP,   ∂/∂σ log p̂ = 2σ tr Q
-    /// 2QW  = α̂βᵀ − Q₁Sᵀ = α̂βᵀ − B (T⁻¹Sᵀ),   β = Vᵀg,  S = VᵀR⁻¹
-    /// WᵀQW = ½(ββᵀ − (VᵀV − σ²SSᵀ))           as Φᵀ A⁻¹ Φ = I − σ²(RᵀR)⁻¹
+    /// 2QW  = α̂βᵀ − Q₁Sᵀ = α̂βᵀ − B (T⁻¹Sᵀ),   β = L_P⁻ᵀg,  S = L_P⁻ᵀR⁻¹
+    /// WᵀQW = ½(ββᵀ − (L_P⁻ᵀ ΦᵀΦ R⁻¹) Sᵀ)
     /// ```
     /// # Panics
     /// If `gradient` does not have one entry per hyperparameter and one for σ.
@@ -162,12 +161,11 @@ impl LowRank {
         if r > 0 {
             let x_p = rows(x, self.pivoted.pivots());
             let beta = self.beta();
-            let mut v = Mat::zeros(r, r); // (r, r), lower
-            invert_lower_triangular(v.as_mut(), self.pivoted.l_p(), Par::Seq);
-            let s = product_of_upper(v.transpose(), r_inv.as_ref());
+            let mut s = r_inv.clone(); // (r, r), upper
+            self.solve_l_p_transposed(&mut s);
             let of_theta = &mut gradient[..n_params];
             self.add_adjoint_of_columns(covariance, x, x_p.as_ref(), &s, &beta, of_theta);
-            let of_block = self.adjoint_of_block(&v, &s, &beta);
+            let of_block = self.adjoint_of_block(&s, &r_inv, &beta);
             covariance.gram_adjoint(x_p.as_ref(), of_block.as_ref(), of_theta);
         }
 
@@ -226,29 +224,29 @@ impl LowRank {
         }
     }
 
-    /// The lower triangle of −WᵀQW, (r, r).
-    fn adjoint_of_block(&self, v: &Mat<f64>, s: &Mat<f64>, beta: &[f64]) -> Mat<f64> {
-        let r = beta.len();
-        let mut adjoint = Mat::zeros(r, r); // ½(VᵀV − σ²SSᵀ − ββᵀ)
-        for (upper, factor) in [(v.transpose(), 0.5), (s.as_ref(), -0.5 * self.noise_var)] {
-            triangular::matmul(
-                adjoint.as_mut(),
-                BlockStructure::TriangularLower,
-                Accum::Add,
-                upper,
-                BlockStructure::TriangularUpper,
-                upper.transpose(),
-                BlockStructure::TriangularLower,
-                factor,
-                Par::Seq,
-            );
-        }
-        for col in 0..r {
-            for row in col..r {
-                adjoint[(row, col)] -= 0.5 * beta[row] * beta[col];
-            }
-        }
-        adjoint
+    /// −WᵀQW, (r, r), symmetric.
+    ///
+    /// Not by ΦᵀA⁻¹Φ = I − σ²(RᵀR)⁻¹, which cancels where a column of Φ is below σ.
+    fn adjoint_of_block(&self, s: &Mat<f64>, r_inv: &Mat<f64>, beta: &[f64]) -> Mat<f64> {
+        let (rectangular, upper, lower) = (
+            BlockStructure::Rectangular,
+            BlockStructure::TriangularUpper,
+            BlockStructure::TriangularLower,
+        );
+        let gram = self.orthogonal.gram();
+        let mut half = product((gram, rectangular), (r_inv.as_ref(), upper)); // ΦᵀΦR⁻¹
+        self.solve_l_p_transposed(&mut half);
+        let product = product((half.as_ref(), rectangular), (s.transpose(), lower)); // WᵀA⁻¹W
+        Mat::from_fn(beta.len(), beta.len(), |row, col| {
+            let mean = 0.5 * (product[(row, col)] + product[(col, row)]);
+            0.5 * (mean - beta[row] * beta[col])
+        })
+    }
+
+    /// Replaces every column b by L_P⁻ᵀb.
+    fn solve_l_p_transposed(&self, rhs: &mut Mat<f64>) {
+        let l_p = self.pivoted.l_p();
+        solve_upper_triangular_in_place(l_p.transpose(), rhs.as_mut(), Par::Seq);
     }
 }
 
@@ -263,17 +261,20 @@ pub(crate) fn rounding_of_entries(n: usize, largest: f64, noise_var: f64, alpha_
     f64::EPSILON * largest * (n as f64 / noise_var).max(alpha_sq)
 }
 
-/// a b for upper triangular matrices, zero below the diagonal.
-fn product_of_upper(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+/// a b of square matrices, of which only the named parts are read.
+fn product(
+    (a, of_a): (MatRef<'_, f64>, BlockStructure),
+    (b, of_b): (MatRef<'_, f64>, BlockStructure),
+) -> Mat<f64> {
     let mut out = Mat::zeros(a.nrows(), b.ncols());
     triangular::matmul(
         out.as_mut(),
-        BlockStructure::TriangularUpper,
+        BlockStructure::Rectangular,
         Accum::Replace,
         a,
-        BlockStructure::TriangularUpper,
+        of_a,
         b,
-        BlockStructure::TriangularUpper,
+        of_b,
         1.0,
         Par::Seq,
     );

@@ -41,7 +41,8 @@ const LOSS_OF_ORTHOGONALITY: f64 = 1e-10;
 #[derive(Debug, Clone)]
 pub(crate) struct Orthogonal {
     noise_std: f64,
-    r: Mat<f64>, // (r, r), upper
+    r: Mat<f64>,    // (r, r), upper
+    gram: Mat<f64>, // ΦᵀΦ, (r, r), symmetric
     second: Option<SecondRound>,
 }
 
@@ -60,7 +61,9 @@ impl Orthogonal {
     /// [`GpError::NotPositiveDefinite`] if ΦᵀΦ + σ²I has no Cholesky factor.
     pub fn new(phi: MatRef<'_, f64>, noise_std: f64) -> Result<Self, GpError> {
         let r = phi.ncols();
-        let mut shifted = gram_lower(phi);
+        let mut gram = gram_lower(phi);
+        let mut shifted = gram.clone();
+        mirror(&mut gram);
         for idx in 0..r {
             shifted[(idx, idx)] += noise_std * noise_std;
         }
@@ -72,6 +75,7 @@ impl Orthogonal {
             return Ok(Self {
                 noise_std,
                 r: upper_of(first.l()),
+                gram,
                 second: None,
             });
         }
@@ -79,6 +83,7 @@ impl Orthogonal {
         Ok(Self {
             noise_std,
             r,
+            gram,
             second: Some(second),
         })
     }
@@ -100,6 +105,11 @@ impl Orthogonal {
     /// R, (r, r), upper triangular.
     pub fn r(&self) -> MatRef<'_, f64> {
         self.r.as_ref()
+    }
+
+    /// ΦᵀΦ, (r, r).
+    pub fn gram(&self) -> MatRef<'_, f64> {
+        self.gram.as_ref()
     }
 
     /// log|RᵀR|.
@@ -194,6 +204,15 @@ fn add_gram_lower(gram: &mut Mat<f64>, matrix: MatRef<'_, f64>) {
         1.0,
         Par::Seq,
     );
+}
+
+/// Copies the lower triangle to the upper.
+fn mirror(matrix: &mut Mat<f64>) {
+    for col in 1..matrix.ncols() {
+        for row in 0..col {
+            matrix[(row, col)] = matrix[(col, row)];
+        }
+    }
 }
 
 /// Makes Q, orthogonal roughly, orthogonal to rounding; returns it with R.

@@ -244,8 +244,10 @@ impl Covariance for TorqueCovariance {
     }
 
     fn add_diag(&self, x: MatRef<'_, f64>, out: &mut [f64]) {
-        self.se().add_diag(x, out);
-        features::add_diag(self.features(x).as_ref(), &self.weights(), out);
+        self.smooth.add_diag(x, out);
+        if let Some(coulomb) = &self.coulomb {
+            coulomb.add_diag(x, out);
+        }
     }
 
     fn gram_adjoint(&self, x: MatRef<'_, f64>, adjoint: MatRef<'_, f64>, gradient: &mut [f64]) {
