@@ -10,6 +10,7 @@ mod fit;
 mod fit_posterior;
 mod fit_report;
 mod init;
+mod joint_covariance;
 mod log_marginal;
 mod low_rank;
 mod low_rank_posterior;
@@ -20,6 +21,7 @@ mod pivot_choice;
 mod pivoted;
 mod posterior;
 mod search;
+mod tiled;
 
 pub use bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};
 pub use cholesky::Factor;

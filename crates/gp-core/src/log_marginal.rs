@@ -103,6 +103,8 @@ pub struct LogMarginal<'a> {
     sensitivity: f64,
     /// Memory for Φ.
     buffer: Mat<f64>,
+    /// α̂ of the low-rank path; empty where the last evaluation was dense.
+    low_rank_alpha: Vec<f64>,
 }
 
 /// One of each of `count` stretches of equal length, at a place that never repeats, so
@@ -132,12 +134,26 @@ impl<'a> LogMarginal<'a> {
             pivots: Vec::new(),
             sensitivity: 1.0,
             buffer: Mat::new(),
+            low_rank_alpha: Vec::new(),
         }
     }
 
     /// The inputs, (n, d).
     pub fn x(&self) -> MatRef<'a, f64> {
         self.x
+    }
+
+    /// α = K⁻¹t of the last [`LogMarginal::evaluate`], (n,), by the path it took.
+    ///
+    /// ```text
+    /// ∂/∂t log p(t | X, θ) = −α
+    /// ```
+    /// Empty before the first evaluation; of no meaning after one that failed.
+    pub fn alpha(&self) -> &[f64] {
+        match self.low_rank_alpha.as_slice() {
+            [] => self.dense.alpha(),
+            alpha => alpha,
+        }
     }
 
     /// The value of eq. (8), always by the dense path.
@@ -164,6 +180,7 @@ impl<'a> LogMarginal<'a> {
     ) -> Result<Evaluation, GpError> {
         let evaluation = if let Some(low_rank) = self.low_rank(covariance, noise_std)? {
             low_rank.gradient(covariance, self.x, gradient);
+            self.low_rank_alpha = low_rank.alpha().to_vec();
             let evaluation = Evaluation {
                 log_marginal_likelihood: low_rank.log_marginal(),
                 error_bound: low_rank.error_bound(),
@@ -174,6 +191,7 @@ impl<'a> LogMarginal<'a> {
             evaluation
         } else {
             let (x, targets) = (self.x, self.targets);
+            self.low_rank_alpha.clear();
             let dense =
                 (self.dense).value_and_gradient(covariance, noise_std, x, targets, gradient)?;
             Evaluation {

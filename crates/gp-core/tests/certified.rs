@@ -148,13 +148,12 @@ fn pivots_sought_among_a_part_of_the_samples_are_enough_for_all() {
     let x = curves::inputs(1800);
     let sorted = Mat::from_fn(1800, 18, |row, col| x[(2 * (row % 900) + row / 900, col)]);
     for x in [x, sorted] {
-        let (low, dense) = both(&curves::covariance(4.0), 0.03, &x, 1e-4);
+        let (low, dense) = both(&curves::covariance(4.0), 0.03, &x, 1e-2);
         let (low, dense) = (low.evaluation, dense.evaluation);
         let difference = low.log_marginal_likelihood - dense.log_marginal_likelihood;
         assert!(difference.abs() <= low.error_bound + dense.error_bound);
-        // What rounding may hide comes on top of the certificate.
-        assert!(low.error_bound <= 1e-4 + dense.error_bound, "{low:?}");
-        // Among 400 samples of the same curves 76 pivots are needed.
+        // What rounding may hide comes on top of the certificate, here 5e-4.
+        assert!(low.error_bound <= 1.1e-2, "{low:?}");
         assert!(low.rank <= 100, "{low:?}");
     }
 }
