@@ -136,7 +136,7 @@ impl ContextTransition {
 ///
 /// A step takes O(m²) and allocates nothing.
 /// # Source
-/// Eq. (21) with the Markov prior of section 5; Rabiner 1989, eqs. (19)–(20).
+/// Eq. (21) with the Markov prior of section 5; Rabiner 1989, sec. III.A (forward procedure).
 #[derive(Debug, Clone)]
 pub struct ContextFilter {
     transition: ContextTransition,
