@@ -141,7 +141,6 @@ impl AdaptedPosterior {
         let mut mean = Vec::with_capacity(x.nrows());
         self.for_each_block(x, context, |_, k_bf, c_sf| {
             mean.extend(self.means_from(k_bf, c_sf));
-            Ok(())
         })?;
         Ok(mean)
     }
@@ -156,8 +155,7 @@ impl AdaptedPosterior {
         let (mut mean, mut var) = (Vec::new(), Vec::new());
         self.for_each_block(x, context, |x_block, k_bf, c_sf| {
             mean.extend(self.means_from(k_bf, c_sf));
-            var.extend(self.variances(x_block, context, k_bf, c_sf)?);
-            Ok(())
+            var.extend(self.variances(x_block, context, k_bf, c_sf));
         })?;
         let mut n_clamped = 0;
         for value in var.iter_mut().filter(|value| **value < 0.0) {
@@ -212,13 +210,13 @@ impl AdaptedPosterior {
         &self,
         x: MatRef<'_, f64>,
         context: usize,
-        mut visit: impl FnMut(MatRef<'_, f64>, &Mat<f64>, &Mat<f64>) -> Result<(), MtgpError>,
+        mut visit: impl FnMut(MatRef<'_, f64>, &Mat<f64>, &Mat<f64>),
     ) -> Result<(), MtgpError> {
         self.require(x, context)?;
         for first in (0..x.nrows()).step_by(BLOCK) {
             let block = x.subrows(first, BLOCK.min(x.nrows() - first));
             let k_bf = cross_with_basis(&self.posterior, &self.rows[context], block);
-            visit(block, &k_bf, &self.cross_with_new(block, context))?;
+            visit(block, &k_bf, &self.cross_with_new(block, context));
         }
         Ok(())
     }
@@ -265,7 +263,7 @@ impl AdaptedPosterior {
         context: usize,
         k_bf: &Mat<f64>,
         c_sf: &Mat<f64>,
-    ) -> Result<Vec<f64>, MtgpError> {
+    ) -> Vec<f64> {
         let row = &self.rows[context];
         let prior = self.posterior.covariance().input().diag(x);
         let own = row.dot(&row.entries) + row.own_std * row.own_std;
@@ -275,7 +273,7 @@ impl AdaptedPosterior {
         for (variance, column) in variances.iter_mut().zip(half.col_iter()) {
             *variance -= column.squared_norm_l2();
         }
-        Ok(variances)
+        variances
     }
 }
 

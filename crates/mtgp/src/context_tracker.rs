@@ -97,16 +97,16 @@ impl ContextTracker {
     fn require(&self, x: &[f64], torques: &[Option<f64>]) -> Result<(), MtgpError> {
         let (found, expected) = (x.len(), self.joints[0].n_covariates());
         if found != expected {
-            return Err(GpError::WrongCovariates { found, expected })?;
+            return Err(GpError::WrongCovariates { found, expected }.into());
         }
         require_count("torques of joints", torques.len(), self.joints.len())?;
         if let Some(column) = x.iter().position(|value| !value.is_finite()) {
             let (row, value) = (0, x[column]);
-            return Err(GpError::NonFiniteInput { row, column, value })?;
+            return Err(GpError::NonFiniteInput { row, column, value }.into());
         }
         for (row, torque) in torques.iter().enumerate() {
             if let Some(value) = torque.filter(|torque| !torque.is_finite()) {
-                return Err(GpError::NonFiniteTarget { row, value })?;
+                return Err(GpError::NonFiniteTarget { row, value }.into());
             }
         }
         Ok(())

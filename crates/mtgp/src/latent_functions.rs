@@ -165,13 +165,13 @@ impl LatentFunctions {
 pub(crate) fn require_inputs(x: MatRef<'_, f64>, expected: usize) -> Result<(), MtgpError> {
     if x.ncols() != expected {
         let found = x.ncols();
-        return Err(GpError::WrongCovariates { found, expected })?;
+        return Err(GpError::WrongCovariates { found, expected }.into());
     }
     for row in 0..x.nrows() {
         for column in 0..x.ncols() {
             let value = x[(row, column)];
             if !value.is_finite() {
-                return Err(GpError::NonFiniteInput { row, column, value })?;
+                return Err(GpError::NonFiniteInput { row, column, value }.into());
             }
         }
     }

@@ -30,7 +30,7 @@ fn new_samples() -> (Mat<f64>, Vec<f64>) {
     let x = Mat::from_fn(7, 3, |row, col| {
         1.8 * (1.1 * row as f64 + 0.7 * col as f64).sin()
     });
-    let torques = (0..7).map(|row| (0.9 * row as f64).cos()).collect();
+    let torques = (0..7).map(|row| (0.9 * f64::from(row)).cos()).collect();
     (x, torques)
 }
 
@@ -140,7 +140,7 @@ fn adapted_predictions_are_those_of_a_full_refit() {
         let adapted = AdaptedPosterior::new(dense(&draw), row, x.as_ref(), &torques).unwrap();
         assert_eq!((adapted.n_contexts(), adapted.new_context()), (M + 1, M));
         let densities = adapted.predictive_densities(few).unwrap();
-        for context in 0..=M {
+        for (context, density) in densities.iter().enumerate() {
             let points = with_task(elsewhere.as_ref(), context);
             let expected = refit.predict(points.as_ref()).unwrap();
             let found = adapted.predict(elsewhere.as_ref(), context).unwrap();
@@ -156,7 +156,7 @@ fn adapted_predictions_are_those_of_a_full_refit() {
             for (col, row) in (0..6).flat_map(|col| (0..6).map(move |row| (col, row))) {
                 assert_close("covariance", found[(row, col)], expected[(row, col)]);
             }
-            for (a, b) in densities[context].mean().iter().zip(&mean) {
+            for (a, b) in density.mean().iter().zip(&mean) {
                 assert_close("density", *a, *b);
             }
         }
