@@ -53,11 +53,7 @@ pub(crate) fn heirs(
         .filter(|end| end.report.log_marginal.is_finite())
         .collect();
     // Stable: of equals the earlier one is first.
-    ranked.sort_by(|a, b| {
-        b.report
-            .log_marginal
-            .total_cmp(&a.report.log_marginal)
-    });
+    ranked.sort_by(|a, b| b.report.log_marginal.total_cmp(&a.report.log_marginal));
     let mut heirs: Vec<Candidate> = ranked.iter().take(1).map(|e| Candidate::heir(e)).collect();
     for end in ranked.into_iter().take(2) {
         let mut heir = Candidate::heir(end);

@@ -11,6 +11,7 @@ mod fit_posterior;
 mod fit_report;
 mod heirs;
 mod init;
+mod joint_covariance;
 mod log_marginal;
 mod low_rank;
 mod low_rank_posterior;
@@ -41,4 +42,4 @@ pub use model::{
 };
 pub use optimize::StopReason;
 pub use posterior::{Posterior, Prediction};
-pub use search::{SearchEnd, search};
+pub use search::{Likelihood, SearchEnd, search};

@@ -2,16 +2,18 @@
 
 use std::cell::Cell;
 
-use faer::MatRef;
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance};
 
+use crate::error::GpError;
+use crate::evidence::{Evaluation, MethodUsed};
 use crate::fit::FitOptions;
 use crate::fit_report::StartReport;
 use crate::heirs::Candidate;
 use crate::init::StartKind;
 use crate::log_marginal::LogMarginal;
-use crate::optimize::{Budgeted, Curvature, MinimizeOptions, Minimum, Reparametrised, Scaled, minimize};
-use crate::evidence::{Evaluation, MethodUsed};
+use crate::optimize::{
+    Budgeted, Curvature, MinimizeOptions, Minimum, Reparametrised, Scaled, minimize,
+};
 
 // DEVIATION(sec. 3): the chapter's search has no such limit.
 /// Points of a search whose likelihood may be wrong by more nats than this are not entered.
@@ -19,6 +21,49 @@ use crate::evidence::{Evaluation, MethodUsed};
 /// A weight that runs off to 10⁵ N·m beside σ = 10⁻² leaves a likelihood that
 /// jumps by half a nat between neighbours, in which no line search finds its way.
 const MAX_ROUNDING: f64 = 0.1;
+
+/// What a search climbs: eq. (8) of some covariance on some data.
+///
+/// [`LogMarginal`] is one; a sum of it over independent parts of the data is another.
+pub trait Likelihood<C> {
+    /// The value and its gradient with respect to (θ, σ).
+    ///
+    /// # Errors
+    /// Where there is no value; a search backs away from there.
+    /// # Panics
+    /// If `gradient` does not have one entry per hyperparameter and one for σ.
+    fn evaluate(
+        &mut self,
+        covariance: &C,
+        noise_std: f64,
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, GpError>;
+
+    /// n, in all parts of the data together.
+    fn n_samples(&self) -> usize;
+
+    /// max_a c(x_a, x_a) over the data.
+    fn largest_variance(&self, covariance: &C) -> f64;
+}
+
+impl<C: Covariance> Likelihood<C> for LogMarginal<'_> {
+    fn evaluate(
+        &mut self,
+        covariance: &C,
+        noise_std: f64,
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, GpError> {
+        LogMarginal::evaluate(self, covariance, noise_std, gradient)
+    }
+
+    fn n_samples(&self) -> usize {
+        self.x().nrows()
+    }
+
+    fn largest_variance(&self, covariance: &C) -> f64 {
+        covariance.diag(self.x()).into_iter().fold(0.0, f64::max)
+    }
+}
 
 /// Where the search from one start ended.
 #[derive(Debug, Clone)]
@@ -56,7 +101,7 @@ impl<C: Covariance> SearchEnd<C> {
 /// # Source
 /// Sec. 3 and A.1.
 pub fn search<C: Covariance + Clone>(
-    evidence: &mut LogMarginal<'_>,
+    evidence: &mut impl Likelihood<C>,
     covariance: &C,
     noise_std: f64,
     kind: StartKind,
@@ -83,7 +128,7 @@ pub(crate) fn search_on(
 }
 
 fn search_scaled<C: Covariance + Clone>(
-    evidence: &mut LogMarginal<'_>,
+    evidence: &mut impl Likelihood<C>,
     (covariance, noise_std): (&C, f64),
     kind: StartKind,
     options: &FitOptions,
@@ -93,11 +138,11 @@ fn search_scaled<C: Covariance + Clone>(
     let mut initial_log_marginal = None;
     let mut is_first = true;
     let work = Cell::new(0.0);
-    let n_samples = evidence.x().nrows();
+    let n_samples = evidence.n_samples();
     let negative_log_marginal = |theta: &[f64], gradient: &mut [f64]| {
         let (of_covariance, noise_std) = split_noise(theta);
         trial.set_params(of_covariance);
-        if rounding_bound(&trial, noise_std, evidence.x()) > MAX_ROUNDING {
+        if rounding_bound(evidence, &trial, noise_std) > MAX_ROUNDING {
             return f64::INFINITY;
         }
         let outcome = evidence.evaluate(&trial, noise_std, gradient);
@@ -147,9 +192,9 @@ fn search_layout<C: Covariance>(covariance: &C) -> ParamLayout {
 /// ```text
 /// |Σ_ab Q_ab δK_ab| ≲ n ε max_a K_aa / σ²,   as |δK_ab| ≤ ε max K and ‖K⁻¹‖ ≤ 1/σ²
 /// ```
-fn rounding_bound<C: Covariance>(covariance: &C, noise_std: f64, x: MatRef<'_, f64>) -> f64 {
-    let largest = covariance.diag(x).into_iter().fold(0.0, f64::max);
-    x.nrows() as f64 * f64::EPSILON * largest / (noise_std * noise_std)
+fn rounding_bound<C>(evidence: &impl Likelihood<C>, covariance: &C, noise_std: f64) -> f64 {
+    let largest = evidence.largest_variance(covariance);
+    evidence.n_samples() as f64 * f64::EPSILON * largest / (noise_std * noise_std)
 }
 
 /// Work of one evaluation, in evaluations by the dense path: roughly, and never by the clock.

@@ -33,7 +33,9 @@ impl Curvature {
             let scale = along / steep;
             Mat::from_fn(n, n, |row, col| if row == col { scale } else { 0.0 })
         });
-        let hy: Vec<f64> = (0..n).map(|row| (0..n).map(|col| inverse[(row, col)] * change[col]).sum()).collect();
+        let hy: Vec<f64> = (0..n)
+            .map(|row| (0..n).map(|col| inverse[(row, col)] * change[col]).sum())
+            .collect();
         let excess = (1.0 + inner(change, &hy) / along) / along;
         for col in 0..n {
             for row in 0..n {
@@ -106,17 +108,28 @@ impl<O: Objective> Scaled<O> {
             return y.to_vec();
         };
         (self.origin.iter().enumerate())
-            .map(|(row, z)| z + (0..=row).map(|col| factor[(row, col)] * y[col]).sum::<f64>())
+            .map(|(row, z)| {
+                z + (0..=row)
+                    .map(|col| factor[(row, col)] * y[col])
+                    .sum::<f64>()
+            })
             .collect()
     }
 
     /// Steps from one best point to the next tell of the curvature.
     fn learn(&mut self, z: Vec<f64>, value: f64, gradient: &[f64]) {
         if let Some((best_z, best_value, best_gradient)) = &self.best {
-            if !(value < *best_value) { return; }
-            self.curvature.learn(&difference(&z, best_z), &difference(gradient, best_gradient));
+            if !(value < *best_value) {
+                return;
+            }
+            self.curvature.learn(
+                &difference(&z, best_z),
+                &difference(gradient, best_gradient),
+            );
         }
-        if value.is_finite() { self.best = Some((z, value, gradient.to_vec())); }
+        if value.is_finite() {
+            self.best = Some((z, value, gradient.to_vec()));
+        }
     }
 
     /// y of z: solves P y = z − z₀.
@@ -136,7 +149,9 @@ impl<O: Objective> Scaled<O> {
     fn pull_back(&self, gradient: &mut [f64]) {
         let Some(factor) = &self.factor else { return };
         for col in 0..gradient.len() {
-            gradient[col] = (col..gradient.len()).map(|row| factor[(row, col)] * gradient[row]).sum();
+            gradient[col] = (col..gradient.len())
+                .map(|row| factor[(row, col)] * gradient[row])
+                .sum();
         }
     }
 
@@ -145,7 +160,9 @@ impl<O: Objective> Scaled<O> {
         let mut outer = gradient.to_vec();
         if let Some(factor) = &self.factor {
             for col in (0..outer.len()).rev() {
-                let sum: f64 = (col + 1..outer.len()).map(|row| factor[(row, col)] * outer[row]).sum();
+                let sum: f64 = (col + 1..outer.len())
+                    .map(|row| factor[(row, col)] * outer[row])
+                    .sum();
                 outer[col] = (outer[col] - sum) / factor[(col, col)];
             }
         }
@@ -163,11 +180,14 @@ impl<O: Objective> Objective for Scaled<O> {
     }
 
     fn projected_gradient(&self, y: &[f64], gradient: &[f64]) -> f64 {
-        self.objective.projected_gradient(&self.outer(y), &self.push_forward(gradient))
+        self.objective
+            .projected_gradient(&self.outer(y), &self.push_forward(gradient))
     }
 
     fn released(&self, y: &[f64], gradient: &[f64], tolerance: f64) -> Option<Vec<f64>> {
-        let z = self.objective.released(&self.outer(y), &self.push_forward(gradient), tolerance)?;
+        let z = self
+            .objective
+            .released(&self.outer(y), &self.push_forward(gradient), tolerance)?;
         Some(self.inner(&z))
     }
 
