@@ -23,8 +23,7 @@ impl<C: Covariance> Posterior<C> {
     /// # Errors
     /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
     /// # Source
-    /// Eq. (4); Rasmussen & Williams 2006, eq. (2.24); for several tasks the general form
-    /// of eq. (17).
+    /// Eq. (4) in matrix form; Rasmussen & Williams 2006, eq. (2.24).
     pub fn predict_covariance(&self, x: MatRef<'_, f64>) -> Result<Mat<f64>, GpError> {
         require_points(x, self.x().ncols())?;
         let mut known = self.covariance().cross(self.x(), x); // (n, k)

@@ -23,6 +23,7 @@ mod pivot_choice;
 mod pivoted;
 mod posterior;
 mod search;
+mod tiled;
 
 pub use bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};
 pub use cholesky::Factor;

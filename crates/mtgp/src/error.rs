@@ -65,6 +65,22 @@ pub enum MtgpError {
         /// The value found.
         value: f64,
     },
+    /// The contexts' torques are linearly dependent, so that K^ρ has no inverse.
+    #[error("torques of {n_tasks} tasks have rank {rank}: without noise, their K^ρ is singular")]
+    DependentContexts {
+        /// Numerical rank of Tᵀ(K^x)⁻¹T.
+        rank: usize,
+        /// Number of tasks m.
+        n_tasks: usize,
+    },
+    /// A matrix has no eigen- or singular value decomposition, which an entry that is not finite causes.
+    #[error("matrix of {rows} rows and {columns} columns has no spectral decomposition")]
+    NoSpectrum {
+        /// Rows.
+        rows: usize,
+        /// Columns.
+        columns: usize,
+    },
     /// Hyperparameters that no covariance has.
     #[error(transparent)]
     Kernel(#[from] kernels::KernelError),

@@ -31,7 +31,7 @@ const PANEL: usize = 64;
 /// # Panics
 /// Every method that takes rows, if a task is not a whole number below m.
 /// # Source
-/// Eq. (16), for one joint; Bonilla, Chai & Williams 2008, eq. (1).
+/// Eqs. (13)–(16), for one joint; Bonilla, Chai & Williams 2008, sec. 2.1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MultiTaskCovariance {
     input: TorqueCovariance,

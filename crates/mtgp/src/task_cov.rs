@@ -124,6 +124,11 @@ impl TaskFactor {
             .map(|(row, col)| self.lambda[(row, col)])
             .collect()
     }
+
+    /// The task γ of each free entry, row by row.
+    pub(crate) fn entry_tasks(&self) -> impl Iterator<Item = usize> + use<> {
+        free_entries(self.n_tasks(), self.rank()).map(|(row, _)| row)
+    }
 }
 
 fn require_rank(n_tasks: usize, rank: usize) -> Result<(), MtgpError> {

@@ -8,7 +8,14 @@
 
 mod bad_input;
 mod eq_16;
+mod eq_17;
+mod eq_18;
+mod eq_23_26;
 mod fixture;
 mod identities;
 mod laws;
 mod layout;
+mod memory;
+mod repeated_inputs;
+mod task_noise;
+mod textbook;
