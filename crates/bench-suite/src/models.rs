@@ -70,7 +70,7 @@ impl Fitted {
             method: method_name(fit.report.method).to_string(),
             rank: fit.report.rank,
             error_bound: fit.report.error_bound,
-            starts: fit.report.starts.iter().map(start_summary).collect(),
+            starts: fit.report.last_stage().starts.iter().map(start_summary).collect(),
         })
     }
 }
