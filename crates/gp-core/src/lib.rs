@@ -41,6 +41,6 @@ pub use model::{
     FORMAT_VERSION, FitSummary, JointModel, JointPrediction, ModelFileError, ModelKind, Predictor,
     PredictorScratch, ProcessModel, Provenance, TorqueModel, TrainingRanges,
 };
-pub use optimize::StopReason;
+pub use optimize::{Curvature, StopReason};
 pub use posterior::{Posterior, Prediction};
-pub use search::{Likelihood, SearchEnd, search};
+pub use search::{Likelihood, SearchEnd, search, search_near};

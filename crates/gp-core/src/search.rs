@@ -73,7 +73,7 @@ pub struct SearchEnd<C> {
     /// σ found, in target units.
     pub noise_std: f64,
     /// What was learned of the curvature of eq. (8).
-    pub(crate) curvature: Curvature,
+    pub curvature: Curvature,
     /// How it went; its likelihood is −∞ if the start has none.
     pub report: StartReport,
 }
@@ -115,6 +115,22 @@ pub fn search<C: Covariance + Clone>(
         options,
         nothing_known,
     )
+}
+
+/// Climbs as [`search`] does, with what an earlier search nearby learned of the curvature.
+///
+/// That search may have seen fewer data.
+/// A curvature of another number of hyperparameters is not used.
+/// # Panics
+/// As for [`search`].
+pub fn search_near<C: Covariance + Clone>(
+    evidence: &mut impl Likelihood<C>,
+    (covariance, noise_std): (&C, f64),
+    kind: StartKind,
+    options: &FitOptions,
+    curvature: Curvature,
+) -> SearchEnd<C> {
+    search_scaled(evidence, (covariance, noise_std), kind, options, curvature)
 }
 
 /// Climbs from a candidate, with what is known of the curvature there.

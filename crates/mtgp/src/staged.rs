@@ -9,7 +9,7 @@
 //! The two models of step 1 are pGP and iGP themselves.
 
 use faer::{Mat, MatRef};
-use gp_core::{GpError, LogMarginal};
+use gp_core::{Curvature, GpError, LogMarginal};
 
 use crate::baselines::{fit_independent, fit_pooled, pooled_moments};
 use crate::climb::{Start, climb};
@@ -102,8 +102,8 @@ impl StageOne {
 
 /// Learns mGP of a given rank: step 3 of A.3, and from another fit if there is one.
 ///
-/// With `warm`, a fit of the same tasks of a lower rank or to fewer data, both starts
-/// get `options.screening` evaluations, and the higher one goes on.
+/// With `warm`, fits of the same tasks of a lower rank or to fewer data, all starts
+/// get `options.screening` evaluations, and the highest goes on.
 /// # Shapes
 /// `targets` (n,), N·m, in the order of the rows of `data`.
 /// # Errors
@@ -117,14 +117,14 @@ pub fn fit_rank(
     targets: &[f64],
     rank: usize,
     stage_one: &StageOne,
-    warm: Option<&TaskFit>,
+    warm: &[&TaskFit],
     options: &MultiTaskOptions,
 ) -> Result<TaskFit, MtgpError> {
     crate::baselines::require_targets(data, targets)?;
     require_tasks(data, stage_one.winner())?;
     let mut starts = vec![chapter_stage_three(stage_one, rank, options)?];
-    if let Some(fit) = warm {
-        // DEVIATION(A.3): a second start beside the chapter's; the report says which won.
+    for fit in warm {
+        // DEVIATION(A.3): starts beside the chapter's; the report says which won.
         require_tasks(data, fit)?;
         starts.push(warm_start(fit, stage_one.k_aug.as_ref(), rank, options)?);
     }
@@ -160,6 +160,7 @@ fn chapter_stage_three(
         origin: stage_one.origin(),
         covariance: MultiTaskCovariance::new(input, TaskCovariance::Factor(factor)),
         noise_std: stage_one.initial_noise_std,
+        curvature: Curvature::default(),
     })
 }
 
@@ -191,16 +192,21 @@ fn warm_start(
     options: &MultiTaskOptions,
 ) -> Result<Start<MultiTaskCovariance>, MtgpError> {
     let task = fit.covariance().task();
-    let (origin, factor) = match fit.task_factor() {
-        Some(factor) if factor.rank() == rank => (Origin::Given, factor.clone()),
-        _ if task.rank() < rank => {
-            let known = rank_part(fit.k_task().as_ref(), task.rank(), options.rank_part)?;
-            (Origin::LowerRank, with_new_columns(&known, k_aug, rank)?)
-        }
-        _ => (
-            Origin::Given,
-            rank_part(fit.k_task().as_ref(), rank, options.rank_part)?,
-        ),
+    if fit.task_factor().is_some_and(|factor| factor.rank() == rank) {
+        return Ok(Start {
+            origin: Origin::Given,
+            covariance: fit.covariance().clone(),
+            noise_std: fit.noise_std(),
+            curvature: fit.curvature.clone(),
+        });
+    }
+    let k_task = fit.k_task();
+    let (origin, factor) = if task.rank() < rank {
+        let known = rank_part(k_task.as_ref(), task.rank(), options.rank_part)?;
+        (Origin::LowerRank, with_new_columns(&known, k_aug, rank)?)
+    } else {
+        let part = rank_part(k_task.as_ref(), rank, options.rank_part)?;
+        (Origin::Given, part)
     };
     let input = fit.covariance().input().clone();
     Ok(Start {
@@ -210,6 +216,7 @@ fn warm_start(
             TaskCovariance::Factor(without_zero_columns(&factor)?),
         ),
         noise_std: fit.noise_std(),
+        curvature: Curvature::default(),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 use gp_core::{
-    FitPosterior, GpError, LikelihoodOptions, MethodUsed, Prediction, StartKind, StartReport,
+    Curvature, FitPosterior, GpError, LikelihoodOptions, MethodUsed, Prediction, StartKind, StartReport,
     Starts,
 };
 use kernels::TorqueForm;
@@ -134,6 +134,8 @@ pub struct TaskFit {
     pub posterior: FitPosterior<MultiTaskCovariance>,
     /// How the hyperparameters were found.
     pub report: TaskFitReport,
+    /// What the search learned of the curvature of the likelihood.
+    pub(crate) curvature: Curvature,
 }
 
 impl TaskFit {
@@ -161,7 +163,11 @@ impl TaskFit {
             error_bound,
             condition_lower_bound: posterior.condition_lower_bound(),
         };
-        Ok(Self { posterior, report })
+        Ok(Self {
+            posterior,
+            report,
+            curvature: climb.curvature,
+        })
     }
 
     /// The covariance with the hyperparameters found.

@@ -8,7 +8,8 @@ mod line_search;
 
 pub(crate) use bounds::Reparametrised;
 pub(crate) use budget::Budgeted;
-pub(crate) use curvature::{Curvature, Scaled};
+pub use curvature::Curvature;
+pub(crate) use curvature::Scaled;
 pub use lbfgs::{MinimizeOptions, Minimum, StopReason, minimize};
 
 /// A smooth function on R^p that may be undefined in places.
