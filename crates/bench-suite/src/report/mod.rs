@@ -8,5 +8,6 @@ pub mod findings;
 pub mod hinton;
 pub mod markdown;
 pub mod records_csv;
+pub mod searches;
 pub mod table3;
 pub mod text_table;
