@@ -13,7 +13,7 @@ use crate::manifest::Manifest;
 use crate::report::averages::{self, Averages};
 use crate::report::markdown::Page;
 use crate::report::text_table::TextTable;
-use crate::report::{durations, fig07, fig08, findings, records_csv, table3};
+use crate::report::{durations, fig07, fig08, findings, records_csv, searches, table3};
 use crate::run::{Reuse, RunOutcome, run};
 use crate::spec::{Experiment, Profile, Scope, Selection};
 use crate::store::{MEASURED_BY, Store, write_atomically};
@@ -164,6 +164,8 @@ fn cells_part(
     }
     page.section("Where extrap is less than ten times harder than interp");
     page.list(&findings::extrap_is_harder(averages), "Nowhere.");
+    page.section(searches::TITLE);
+    page.table(&searches::by_model_and_size(&outcome.records));
     let durations = durations::by_model_and_size(&outcome.records);
     page.section(durations::TITLE);
     page.table(&durations);

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::cell::{Cell, CellRecord};
+use crate::cell::{Cell, CellRecord, ModelKind};
 use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::measure::measure;
@@ -144,7 +144,15 @@ fn compute(
 /// Indices of the cells, those that take longest first, so that no thread is left alone with one at the end.
 fn longest_first(cells: &[Cell]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..cells.len()).collect();
-    order.sort_by_key(|&i| std::cmp::Reverse((cells[i].model.is_gp(), cells[i].n)));
+    // GP¬c takes longest: without the sgn terms its factor has no low rank.
+    let weight = |cell: &Cell| {
+        (
+            cell.model.is_gp(),
+            cell.n,
+            cell.model == ModelKind::GpSmooth,
+        )
+    };
+    order.sort_by_key(|&i| std::cmp::Reverse(weight(&cells[i])));
     order
 }
 

@@ -70,7 +70,7 @@ impl Store {
 /// Everything that a cell's numbers depend on.
 fn key(cell: &Cell) -> String {
     format!(
-        "format 2; measured by {MEASURED_BY}; seed {}; load c{}; joint {}; model {}; n {}",
+        "format 3; measured by {MEASURED_BY}; seed {}; load c{}; joint {}; model {}; n {}",
         cell.seed,
         cell.load,
         cell.joint,
@@ -124,9 +124,12 @@ mod tests {
                 rank: 170,
                 error_bound: 1e-9,
                 starts: vec![StartSummary {
+                    samples: 170,
                     name: "eq22".into(),
                     log_marginal_likelihood: f64::NEG_INFINITY,
                     evaluations: 1,
+                    work: 1.0,
+                    projected_gradient: 0.5,
                     stop: "start-undefined".into(),
                 }],
             }),

@@ -240,8 +240,9 @@ fn before_the_last(
         let (some_x, some_targets) = subset(x, targets, &spread_rows(n_samples, n));
         let ends = climb(some_x.as_ref(), &some_targets, &candidates, first, &loose);
         stages.push(stage_report(n, &ends));
-        candidates = heirs(&ends, &scale)?;
+        candidates = heirs(highest(&ends).map(|best| &ends[best]), &scale)?;
         if Some(next) == all_starts_at {
+            candidates.truncate(1);
             candidates.extend_from_slice(first);
         }
     }

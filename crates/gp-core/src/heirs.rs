@@ -5,7 +5,7 @@ use kernels::{Covariance, TorqueCovariance};
 use crate::error::GpError;
 use crate::init::{StartKind, StartPoint};
 use crate::optimize::Curvature;
-use crate::search::SearchEnd;
+use crate::search::{SearchEnd, inside_bounds};
 
 /// Factor beyond which a hyperparameter that has faded is brought back.
 const FADED: f64 = 10.0;
@@ -17,6 +17,8 @@ pub(crate) struct Candidate {
     pub covariance: TorqueCovariance,
     pub noise_std: f64,
     pub curvature: Curvature,
+    /// Whether it comes from a stage with fewer samples.
+    pub is_heir: bool,
 }
 
 impl Candidate {
@@ -27,6 +29,7 @@ impl Candidate {
             covariance: start.covariance.clone(),
             noise_std: start.noise_std,
             curvature: Curvature::default(),
+            is_heir: false,
         }
     }
 
@@ -36,32 +39,32 @@ impl Candidate {
             covariance: end.covariance.clone(),
             noise_std: end.noise_std,
             curvature: end.curvature.clone(),
+            is_heir: true,
         }
+    }
+
+    /// Moves hyperparameters that sit on a bound a little inside it.
+    pub fn keep_inside(&mut self) {
+        self.noise_std = inside_bounds(&mut self.covariance, self.noise_std);
     }
 }
 
-/// Candidates of the next stage: the best end, the best end revived, the second best revived.
+/// Candidates of the next stage: the best end, and the best end revived if that differs.
 ///
 /// In this order, as the first of them may use up the work of the stage.
+/// Empty if no end has a likelihood.
 /// # Errors
 /// [`GpError::Kernel`] if a revived hyperparameter leaves double precision.
 pub(crate) fn heirs(
-    ends: &[SearchEnd<TorqueCovariance>],
+    best: Option<&SearchEnd<TorqueCovariance>>,
     scale: &TorqueCovariance,
 ) -> Result<Vec<Candidate>, GpError> {
-    let mut ranked: Vec<&SearchEnd<TorqueCovariance>> = (ends.iter())
-        .filter(|end| end.report.log_marginal.is_finite())
-        .collect();
-    // Stable: of equals the earlier one is first.
-    ranked.sort_by(|a, b| b.report.log_marginal.total_cmp(&a.report.log_marginal));
-    let mut heirs: Vec<Candidate> = ranked.iter().take(1).map(|e| Candidate::heir(e)).collect();
-    for end in ranked.into_iter().take(2) {
-        let mut heir = Candidate::heir(end);
-        if revive(&mut heir.covariance, scale)? {
-            heir.curvature = Curvature::default();
-            heirs.push(heir);
-        } else if heirs.len() > 1 || heir.covariance != heirs[0].covariance {
-            heirs.push(heir);
+    let mut heirs: Vec<Candidate> = best.map(Candidate::heir).into_iter().collect();
+    if let Some(end) = best {
+        let mut revived = Candidate::heir(end);
+        if revive(&mut revived.covariance, scale)? {
+            revived.curvature = Curvature::default();
+            heirs.push(revived);
         }
     }
     Ok(heirs)

@@ -17,6 +17,7 @@ mod low_rank;
 mod low_rank_posterior;
 mod model;
 mod nested;
+mod opening;
 pub mod optimize;
 mod orthogonal;
 mod pivot_choice;

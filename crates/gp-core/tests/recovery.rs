@@ -1,8 +1,8 @@
 //! Fits to data whose hyperparameters are known.
 
 use gp_core::{
-    Fit, FitOptions, FitPosterior, LogMarginal, SearchScheme, StartKind, StartPoint, StopReason, fit, fit_from,
-    log_marginal_likelihood, search,
+    Fit, FitOptions, FitPosterior, LogMarginal, SearchScheme, StartKind, StartPoint, StopReason,
+    fit, fit_from, log_marginal_likelihood, search,
 };
 use kernels::{SeArd, TorqueCovariance, TorqueForm, TorqueParams};
 use proptest::prelude::*;
@@ -175,7 +175,10 @@ fn nested_and_whole(n: usize) -> (Fit, Fit) {
         };
         fit(x.as_ref(), &t, TorqueForm::Coulomb, &options).unwrap()
     };
-    (fit_with(SearchScheme::Nested), fit_with(SearchScheme::Whole))
+    (
+        fit_with(SearchScheme::Nested),
+        fit_with(SearchScheme::Whole),
+    )
 }
 
 fn truth_of_one_joint() -> TorqueCovariance {

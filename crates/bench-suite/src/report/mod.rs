@@ -9,5 +9,6 @@ pub mod hinton;
 pub mod markdown;
 pub mod picture;
 pub mod records_csv;
+pub mod searches;
 pub mod table3;
 pub mod text_table;

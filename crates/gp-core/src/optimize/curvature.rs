@@ -119,7 +119,7 @@ impl<O: Objective> Scaled<O> {
     /// Steps from one best point to the next tell of the curvature.
     fn learn(&mut self, z: Vec<f64>, value: f64, gradient: &[f64]) {
         if let Some((best_z, best_value, best_gradient)) = &self.best {
-            if !(value < *best_value) {
+            if value >= *best_value {
                 return;
             }
             self.curvature.learn(
