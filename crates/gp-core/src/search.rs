@@ -130,7 +130,14 @@ pub fn search_near<C: Covariance + Clone>(
     options: &FitOptions,
     curvature: Curvature,
 ) -> SearchEnd<C> {
-    search_scaled(evidence, (covariance, noise_std), kind, options, curvature)
+    search_scaled(
+        evidence,
+        (covariance, noise_std),
+        kind,
+        options,
+        curvature,
+        None,
+    )
 }
 
 /// Climbs from a candidate, with what is known of the curvature there.

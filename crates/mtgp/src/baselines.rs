@@ -11,8 +11,8 @@
 
 use faer::MatRef;
 use gp_core::{
-    Curvature, Evaluation, Fit, FitOptions, GpError, Likelihood, LikelihoodOptions, LogMarginal, MethodUsed,
-    StartKind, StartPoint, chapter_start, fit, varied_start,
+    Curvature, Evaluation, Fit, FitOptions, GpError, Likelihood, LikelihoodOptions, LogMarginal,
+    MethodUsed, StartKind, StartPoint, chapter_start, fit, varied_start,
 };
 use kernels::{Covariance, TorqueCovariance};
 

@@ -14,9 +14,8 @@ use crate::icm_draws::{Draw, four_tasks_of_rank_two};
 fn all_ranks(draw: &Draw, stage_one: &StageOne, options: &MultiTaskOptions) -> Vec<TaskFit> {
     let mut fits: Vec<TaskFit> = Vec::new();
     for rank in 1..=4 {
-        let warm: Vec<&TaskFit> = fits.last().into_iter().collect();
-        let fit = fit_rank(&draw.data, &draw.targets, rank, stage_one, &warm, options);
-        fits.push(fit.unwrap());
+        let warm = fits.last();
+        fits.push(fit_rank(&draw.data, &draw.targets, rank, stage_one, warm, options).unwrap());
     }
     fits
 }
@@ -120,7 +119,7 @@ fn stage_three_sets_out_from_the_first_stage_eq_28_and_the_first_noise() {
         ..MultiTaskOptions::chapter()
     };
     let stage_one = StageOne::new(&draw.data, &draw.targets, &options).unwrap();
-    let fit = fit_rank(&draw.data, &draw.targets, 2, &stage_one, &[], &options).unwrap();
+    let fit = fit_rank(&draw.data, &draw.targets, 2, &stage_one, None, &options).unwrap();
 
     let first = stage_one.winner();
     let part = rank_part(stage_one.k_aug.as_ref(), 2, options.rank_part).unwrap();
@@ -157,13 +156,13 @@ fn two_runs_agree_to_the_bit() {
     };
     let run = || {
         let stage_one = StageOne::new(&draw.data, &draw.targets, &options).unwrap();
-        let two = fit_rank(&draw.data, &draw.targets, 2, &stage_one, &[], &options).unwrap();
+        let two = fit_rank(&draw.data, &draw.targets, 2, &stage_one, None, &options).unwrap();
         fit_rank(
             &draw.data,
             &draw.targets,
             3,
             &stage_one,
-            &[&two],
+            Some(&two),
             &options,
         )
         .unwrap()
@@ -179,13 +178,13 @@ fn warm_start_begins_near_the_fit_it_is_from() {
     let draw = four_tasks_of_rank_two(8, 15);
     let options = MultiTaskOptions::several();
     let stage_one = StageOne::new(&draw.data, &draw.targets, &options).unwrap();
-    let two = fit_rank(&draw.data, &draw.targets, 2, &stage_one, &[], &options).unwrap();
+    let two = fit_rank(&draw.data, &draw.targets, 2, &stage_one, None, &options).unwrap();
     let three = fit_rank(
         &draw.data,
         &draw.targets,
         3,
         &stage_one,
-        &[&two],
+        Some(&two),
         &options,
     )
     .unwrap();
@@ -194,7 +193,7 @@ fn warm_start_begins_near_the_fit_it_is_from() {
         &draw.targets,
         2,
         &stage_one,
-        &[&two],
+        Some(&two),
         &options,
     )
     .unwrap();
@@ -244,7 +243,7 @@ fn poor_data_have_finite_answers() {
         let data = Stacked::new(x.as_ref(), &[0, 0, 0, 1, 1, 1, 2], 3).unwrap();
         let stage_one = StageOne::new(&data, &torques, &options).unwrap();
         for rank in 1..=3 {
-            let fit = fit_rank(&data, &torques, rank, &stage_one, &[], &options).unwrap();
+            let fit = fit_rank(&data, &torques, rank, &stage_one, None, &options).unwrap();
             assert!(fit.log_marginal().is_finite(), "{what} {rank}");
             for task in 0..3 {
                 let prediction = fit.predict(task, x.as_ref()).unwrap();
@@ -272,7 +271,7 @@ fn what_does_not_fit_together_is_refused() {
     let (data, targets) = (&draw.data, &draw.targets);
     let stage_one = StageOne::new(data, targets, &options).unwrap();
     let refuse = |rank: usize, targets: &[f64]| {
-        fit_rank(data, targets, rank, &stage_one, &[], &options).unwrap_err()
+        fit_rank(data, targets, rank, &stage_one, None, &options).unwrap_err()
     };
     let (rank, n_tasks) = (5, 4);
     assert_eq!(refuse(5, targets), MtgpError::BadRank { rank, n_tasks });
@@ -284,7 +283,7 @@ fn what_does_not_fit_together_is_refused() {
         refuse(2, &targets[1..]),
         MtgpError::CountMismatch { found: 23, .. }
     ));
-    let fit = fit_rank(data, targets, 1, &stage_one, &[], &options).unwrap();
+    let fit = fit_rank(data, targets, 1, &stage_one, None, &options).unwrap();
     assert!(matches!(
         fit.predict(4, data.covariates()),
         Err(MtgpError::UnknownTask { task: 4, .. })
@@ -295,7 +294,7 @@ fn what_does_not_fit_together_is_refused() {
     ));
 
     let fewer_tasks = Stacked::new(data.covariates(), &[0; 24], 1).unwrap();
-    let mismatch = fit_rank(&fewer_tasks, targets, 1, &stage_one, &[], &options).unwrap_err();
+    let mismatch = fit_rank(&fewer_tasks, targets, 1, &stage_one, None, &options).unwrap_err();
     assert!(matches!(
         mismatch,
         MtgpError::CountMismatch {
