@@ -1,6 +1,7 @@
 //! The chapter's experiments: data sets, splits, models, tables and figures.
 #![doc = include_str!("../README.md")]
 
+pub mod catalogue;
 pub mod cell;
 pub mod dataset;
 pub mod digest;
@@ -9,6 +10,7 @@ pub mod manifest;
 pub mod measure;
 pub mod metrics;
 pub mod models;
+pub mod multi;
 pub mod progress;
 pub mod regression;
 pub mod report;
