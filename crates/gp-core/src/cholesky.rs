@@ -11,7 +11,13 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Accum, Auto, ColMut, Mat, MatMut, MatRef, Par, Spec};
 
+use kernels::Crew;
+
 use crate::error::GpError;
+use crate::tiled;
+
+/// Orders from which a matrix is worked on in tiles.
+const TILED: usize = 640;
 
 /// Lower Cholesky factor of a positive definite matrix.
 ///
@@ -20,7 +26,8 @@ use crate::error::GpError;
 /// ```
 /// Nothing is ever added to the diagonal of K: a matrix that is not positive
 /// definite in double precision is an error.
-/// The work is sequential, so results do not depend on the number of threads.
+/// Large matrices are worked on in tiles, by all threads at hand; the tiles depend on
+/// the order of the matrix only, so results do not depend on the number of threads.
 /// # Source
 /// Golub & Van Loan 2013, sec. 4.2.
 #[derive(Debug, Clone)]
@@ -40,21 +47,13 @@ impl Factor {
     pub fn new(mut k: Mat<f64>) -> Result<Self, GpError> {
         let order = k.nrows();
         assert_eq!(order, k.ncols(), "a covariance matrix is square");
-        let params: Spec<LltParams, f64> = <LltParams as Auto<f64>>::auto().into();
-        let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(order, Par::Seq, params));
-        cholesky_in_place(
-            k.as_mut(),
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-            params,
-        )
-        .map_err(
-            |LltError::NonPositivePivot { index }| GpError::NotPositiveDefinite {
-                pivot: index,
-                order,
-            },
-        )?;
+        let crew = Crew::at_hand(order);
+        let outcome = if order < TILED {
+            factorise_in_place(k.as_mut())
+        } else {
+            crew.run(|| tiled::factorise(k.as_mut(), crew))
+        };
+        outcome.map_err(|pivot| GpError::NotPositiveDefinite { pivot, order })?;
         Ok(Self { l: k })
     }
 
@@ -153,18 +152,14 @@ impl Factor {
     /// If `scratch` is not (n, n).
     pub fn into_inverse(self, scratch: &mut Mat<f64>) -> Mat<f64> {
         let mut inverse = self.l;
-        invert_lower_triangular(scratch.as_mut(), inverse.as_ref(), Par::Seq);
-        triangular::matmul(
-            inverse.as_mut(),
-            BlockStructure::TriangularLower,
-            Accum::Replace,
-            scratch.transpose(),
-            BlockStructure::TriangularUpper,
-            scratch.as_ref(),
-            BlockStructure::TriangularLower,
-            1.0,
-            Par::Seq,
-        );
+        let order = inverse.nrows();
+        assert_eq!((scratch.nrows(), scratch.ncols()), (order, order));
+        if order < TILED {
+            invert_in_place(inverse.as_mut(), scratch.as_mut());
+        } else {
+            let crew = Crew::at_hand(order);
+            crew.run(|| tiled::invert(inverse.as_mut(), scratch.as_mut(), crew));
+        }
         inverse
     }
 
@@ -172,4 +167,38 @@ impl Factor {
     pub fn into_buffer(self) -> Mat<f64> {
         self.l
     }
+}
+
+/// Replaces the lower triangle of K by that of L, by one thread.
+///
+/// # Errors
+/// The index of the first pivot that is not a positive number.
+pub(crate) fn factorise_in_place(k: MatMut<'_, f64>) -> Result<(), usize> {
+    let params: Spec<LltParams, f64> = <LltParams as Auto<f64>>::auto().into();
+    let scratch = cholesky_in_place_scratch::<f64>(k.nrows(), Par::Seq, params);
+    cholesky_in_place(
+        k,
+        LltRegularization::default(),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        params,
+    )
+    .map_err(|LltError::NonPositivePivot { index }| index)?;
+    Ok(())
+}
+
+/// The lower triangle of L⁻ᵀL⁻¹ in place of that of L, with L⁻¹ in `scratch`, by one thread.
+fn invert_in_place(mut l: MatMut<'_, f64>, mut scratch: MatMut<'_, f64>) {
+    invert_lower_triangular(scratch.as_mut(), l.as_ref(), Par::Seq);
+    triangular::matmul(
+        l.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Replace,
+        scratch.as_ref().transpose(),
+        BlockStructure::TriangularUpper,
+        scratch.as_ref(),
+        BlockStructure::TriangularLower,
+        1.0,
+        Par::Seq,
+    );
 }

@@ -3,11 +3,14 @@
 use std::f64::consts::PI;
 
 use faer::{Mat, MatRef};
-use kernels::{Covariance, Jitter};
+use kernels::{Covariance, Crew, Jitter, column_panels};
 
 use crate::cholesky::Factor;
 use crate::error::GpError;
 use crate::low_rank::rounding_of_entries;
+
+/// Columns that are worked on together where every entry is touched once.
+const PANEL: usize = 128;
 
 /// Memory of the dense path, which later evaluations use again.
 ///
@@ -16,6 +19,7 @@ use crate::low_rank::rounding_of_entries;
 pub(crate) struct Dense {
     gram: Mat<f64>,
     scratch: Mat<f64>,
+    alpha: Vec<f64>,
 }
 
 /// Value of eq. (8) with the error that rounding K leaves in it.
@@ -31,7 +35,13 @@ impl Dense {
         Self {
             gram: Mat::new(),
             scratch: Mat::new(),
+            alpha: Vec::new(),
         }
+    }
+
+    /// α = K⁻¹t of the last gradient, (n,).
+    pub fn alpha(&self) -> &[f64] {
+        &self.alpha
     }
 
     /// The value of eq. (8).
@@ -82,10 +92,9 @@ impl Dense {
         covariance.gram_adjoint(x, adjoint.as_ref(), of_theta);
         Jitter::new(noise_std)?.gram_adjoint(x, adjoint.as_ref(), of_noise);
         self.gram = adjoint;
-        Ok(DenseValue {
-            value,
-            rounding: rounding(&alpha, largest, noise_std),
-        })
+        let rounding = rounding(&alpha, largest, noise_std);
+        self.alpha = alpha;
+        Ok(DenseValue { value, rounding })
     }
 
     /// The factor of K = c(X, X) + σ²I, in the memory of `gram`, and max K_aa.
@@ -98,7 +107,7 @@ impl Dense {
         let n = x.nrows();
         let mut gram = std::mem::replace(&mut self.gram, Mat::new());
         if gram.nrows() == n {
-            gram.fill(0.0);
+            fill(&mut gram, 0.0);
         } else {
             gram = Mat::zeros(n, n);
         }
@@ -120,12 +129,24 @@ fn log_density(quadratic: f64, factor: &Factor) -> f64 {
     -0.5 * quadratic - 0.5 * factor.log_det() - 0.5 * n * (2.0 * PI).ln()
 }
 
+fn fill(matrix: &mut Mat<f64>, value: f64) {
+    let panels = column_panels(matrix.as_mut(), PANEL);
+    Crew::at_hand(panels.len() * PANEL).for_each(panels, |(_, mut panel)| panel.fill(value));
+}
+
 /// Turns the lower triangle of K⁻¹ into that of ½(αα′ − K⁻¹).
 fn half_outer_minus_half(inverse: &mut Mat<f64>, alpha: &[f64]) {
-    for (col, alpha_col) in alpha.iter().enumerate() {
-        let column = &mut inverse.col_as_slice_mut(col)[col..];
-        for (entry, alpha_row) in column.iter_mut().zip(&alpha[col..]) {
-            *entry = 0.5 * (alpha_row * alpha_col - *entry);
+    let panels = column_panels(inverse.as_mut(), PANEL);
+    Crew::at_hand(alpha.len()).for_each(panels, |(first, panel)| {
+        for (k, column) in panel.col_iter_mut().enumerate() {
+            let alpha_col = alpha[first + k];
+            let column = column
+                .try_as_col_major_mut()
+                .expect("columns of a Mat are contiguous");
+            let lower = &mut column.as_slice_mut()[first + k..];
+            for (entry, alpha_row) in lower.iter_mut().zip(&alpha[first + k..]) {
+                *entry = 0.5 * (alpha_row * alpha_col - *entry);
+            }
         }
-    }
+    });
 }

@@ -11,16 +11,16 @@ use crate::low_rank::rounding_of_entries;
 use crate::low_rank_posterior::LowRankPosterior;
 use crate::posterior::{Posterior, Prediction};
 
-/// A joint's torque conditioned on data, densely or on a few pivots.
+/// A function conditioned on data, densely or on a few pivots; a joint's torque by default.
 #[derive(Debug, Clone)]
-pub enum FitPosterior {
+pub enum FitPosterior<C = TorqueCovariance> {
     /// With the Cholesky factor of the whole matrix.
-    Dense(Posterior<TorqueCovariance>),
+    Dense(Posterior<C>),
     /// With that of a few pivots.
-    LowRank(LowRankPosterior<TorqueCovariance>),
+    LowRank(LowRankPosterior<C>),
 }
 
-impl FitPosterior {
+impl<C: Covariance> FitPosterior<C> {
     /// Conditions on data by the path that `options` asks for.
     ///
     /// # Errors
@@ -28,7 +28,7 @@ impl FitPosterior {
     /// # Panics
     /// If `x` does not have the number of columns that the covariance needs.
     pub fn new(
-        covariance: TorqueCovariance,
+        covariance: C,
         noise_std: f64,
         x: MatRef<'_, f64>,
         targets: &[f64],
@@ -40,7 +40,7 @@ impl FitPosterior {
 
     /// As [`FitPosterior::new`], with the error bound of the likelihood by the same factor.
     pub(crate) fn with_error_bound(
-        covariance: TorqueCovariance,
+        covariance: C,
         noise_std: f64,
         x: MatRef<'_, f64>,
         targets: &[f64],
@@ -77,7 +77,7 @@ impl FitPosterior {
     }
 
     /// The covariance function c.
-    pub fn covariance(&self) -> &TorqueCovariance {
+    pub fn covariance(&self) -> &C {
         match self {
             Self::Dense(posterior) => posterior.covariance(),
             Self::LowRank(posterior) => posterior.covariance(),

@@ -10,6 +10,7 @@ mod fit;
 mod fit_posterior;
 mod fit_report;
 mod init;
+mod joint_covariance;
 mod log_marginal;
 mod low_rank;
 mod low_rank_posterior;
@@ -19,6 +20,8 @@ mod orthogonal;
 mod pivot_choice;
 mod pivoted;
 mod posterior;
+mod search;
+mod tiled;
 
 pub use bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};
 pub use cholesky::Factor;
@@ -38,3 +41,4 @@ pub use model::{
 };
 pub use optimize::StopReason;
 pub use posterior::{Posterior, Prediction};
+pub use search::{Likelihood, SearchEnd, search};

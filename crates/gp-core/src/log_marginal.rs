@@ -96,6 +96,8 @@ pub struct LogMarginal<'a> {
     pivots: Vec<usize>,
     /// σ² max(1/σ², |α̂|²) of the evaluation before.
     sensitivity: f64,
+    /// α̂ of the low-rank path; empty where the last evaluation was dense.
+    low_rank_alpha: Vec<f64>,
 }
 
 impl<'a> LogMarginal<'a> {
@@ -112,12 +114,26 @@ impl<'a> LogMarginal<'a> {
             dense: Dense::new(),
             pivots: Vec::new(),
             sensitivity: 1.0,
+            low_rank_alpha: Vec::new(),
         }
     }
 
     /// The inputs, (n, d).
     pub fn x(&self) -> MatRef<'a, f64> {
         self.x
+    }
+
+    /// α = K⁻¹t of the last [`LogMarginal::evaluate`], (n,), by the path it took.
+    ///
+    /// ```text
+    /// ∂/∂t log p(t | X, θ) = −α
+    /// ```
+    /// Empty before the first evaluation; of no meaning after one that failed.
+    pub fn alpha(&self) -> &[f64] {
+        match self.low_rank_alpha.as_slice() {
+            [] => self.dense.alpha(),
+            alpha => alpha,
+        }
     }
 
     /// The value of eq. (8), always by the dense path.
@@ -144,6 +160,7 @@ impl<'a> LogMarginal<'a> {
     ) -> Result<Evaluation, GpError> {
         let evaluation = if let Some(low_rank) = self.low_rank(covariance, noise_std)? {
             low_rank.gradient(covariance, self.x, gradient);
+            self.low_rank_alpha = low_rank.alpha().to_vec();
             Evaluation {
                 log_marginal_likelihood: low_rank.log_marginal(),
                 error_bound: low_rank.error_bound(),
@@ -152,6 +169,7 @@ impl<'a> LogMarginal<'a> {
             }
         } else {
             let (x, targets) = (self.x, self.targets);
+            self.low_rank_alpha.clear();
             let dense =
                 (self.dense).value_and_gradient(covariance, noise_std, x, targets, gradient)?;
             Evaluation {

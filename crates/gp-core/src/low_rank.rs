@@ -94,6 +94,11 @@ impl LowRank {
         self.noise_std
     }
 
+    /// α̂ = A⁻¹t, (n,).
+    pub fn alpha(&self) -> &[f64] {
+        &self.alpha
+    }
+
     /// |α̂|².
     pub fn alpha_sq_norm(&self) -> f64 {
         squared_norm(&self.alpha)

@@ -1,9 +1,10 @@
 //! Fits to data whose hyperparameters are known.
 
 use gp_core::{
-    FitOptions, StartKind, StartPoint, StopReason, fit, fit_from, log_marginal_likelihood,
+    FitOptions, FitPosterior, LogMarginal, StartKind, StartPoint, StopReason, fit, fit_from,
+    log_marginal_likelihood, search,
 };
-use kernels::{TorqueCovariance, TorqueForm, TorqueParams};
+use kernels::{SeArd, TorqueCovariance, TorqueForm, TorqueParams};
 use proptest::prelude::*;
 
 use crate::samples::{targets, uniform_inputs};
@@ -132,4 +133,33 @@ fn search_from_the_optimum_stays_there() {
     // The round trip through the unconstrained coordinates rounds θ by a few ε.
     assert!(gain >= -1e-9, "{gain}");
     assert!(second.report.evaluations() < first.report.evaluations());
+}
+
+#[test]
+fn any_covariance_is_searched_from_one_start() {
+    let x = uniform_inputs(8, 60, 3);
+    let truth = SeArd::new(3.0, vec![1.0, 4.0, 2.0]).unwrap();
+    let t = targets(58, &truth, 0.2, &x);
+    let of_truth = log_marginal_likelihood(&truth, 0.2, x.as_ref(), &t).unwrap();
+
+    let options = FitOptions::chapter();
+    let start = SeArd::new(1.0, vec![1.0; 3]).unwrap();
+    let mut evidence = LogMarginal::new(x.as_ref(), &t, options.likelihood);
+    let end = search(&mut evidence, &start, 1.0, StartKind::Given, &options);
+    assert!(
+        end.report.log_marginal >= of_truth,
+        "{:?} below {of_truth}",
+        end.report
+    );
+    let posterior = FitPosterior::new(
+        end.covariance,
+        end.noise_std,
+        x.as_ref(),
+        &t,
+        options.likelihood,
+    );
+    let means = posterior.unwrap().predict_mean(x.as_ref()).unwrap();
+    // Residuals at the training points are below σ on average.
+    let residual: f64 = (means.iter().zip(&t)).map(|(m, t)| (m - t).powi(2)).sum();
+    assert!(residual <= 60.0 * end.noise_std.powi(2), "{residual}");
 }

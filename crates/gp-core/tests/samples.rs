@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use gp_core::Factor;
-use kernels::{Covariance, TorqueCovariance};
+use kernels::Covariance;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -29,7 +29,7 @@ fn normals(seed: u64, count: usize) -> Vec<f64> {
 }
 
 /// Targets t = L z with LLᵀ = c(X, X) + σ²I.
-pub fn targets(seed: u64, covariance: &TorqueCovariance, noise_std: f64, x: &Mat<f64>) -> Vec<f64> {
+pub fn targets(seed: u64, covariance: &impl Covariance, noise_std: f64, x: &Mat<f64>) -> Vec<f64> {
     let mut k_xx = covariance.gram(x.as_ref());
     for idx in 0..x.nrows() {
         k_xx[(idx, idx)] += noise_std * noise_std;

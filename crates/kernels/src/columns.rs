@@ -6,7 +6,7 @@ use faer::{MatMut, MatRef};
 ///
 /// # Panics
 /// If the columns of the matrix are not contiguous.
-pub(crate) fn column_mut<'a>(matrix: &'a mut MatMut<'_, f64>, col_idx: usize) -> &'a mut [f64] {
+pub fn column_mut<'a>(matrix: &'a mut MatMut<'_, f64>, col_idx: usize) -> &'a mut [f64] {
     matrix
         .as_mut()
         .col_mut(col_idx)
@@ -18,7 +18,7 @@ pub(crate) fn column_mut<'a>(matrix: &'a mut MatMut<'_, f64>, col_idx: usize) ->
 /// Runs `visit` on every column, as a slice if it is one and as a copy if not.
 ///
 /// Inputs come from callers, who may hand over a transposed view.
-pub(crate) fn for_each_column(matrix: MatRef<'_, f64>, mut visit: impl FnMut(usize, &[f64])) {
+pub fn for_each_column(matrix: MatRef<'_, f64>, mut visit: impl FnMut(usize, &[f64])) {
     let mut copy = Vec::new();
     for (col_idx, col) in matrix.col_iter().enumerate() {
         if let Some(contiguous) = col.try_as_col_major() {
@@ -29,4 +29,17 @@ pub(crate) fn for_each_column(matrix: MatRef<'_, f64>, mut visit: impl FnMut(usi
             visit(col_idx, &copy);
         }
     }
+}
+
+/// The sum of a slice, made in eight lanes so that the loop vectorises and rounds alike everywhere.
+pub(crate) fn sum_of(values: &[f64]) -> f64 {
+    let mut lanes = [0.0; 8];
+    let chunks = values.chunks_exact(8);
+    let rest: f64 = chunks.remainder().iter().sum();
+    for chunk in chunks {
+        for (lane, value) in lanes.iter_mut().zip(chunk) {
+            *lane += value;
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
 }

@@ -2,11 +2,15 @@
 
 use faer::{MatMut, MatRef};
 
-use crate::columns::{column_mut, for_each_column};
+use crate::columns::{column_mut, for_each_column, sum_of};
 use crate::covariance::Covariance;
+use crate::crew::{Crew, column_panels};
 use crate::error::KernelError;
 use crate::params::{ParamLayout, Transform};
 use crate::positive::require_positive;
+
+/// Columns of the Gram matrix that are worked on together.
+const PANEL: usize = 128;
 
 /// Covariance of an unknown constant.
 ///
@@ -55,13 +59,16 @@ impl Covariance for Constant {
         self.bias_std = theta[0];
     }
 
-    fn add_gram(&self, x: MatRef<'_, f64>, mut out: MatMut<'_, f64>) {
+    fn add_gram(&self, x: MatRef<'_, f64>, out: MatMut<'_, f64>) {
         assert_eq!((out.nrows(), out.ncols()), (x.nrows(), x.nrows()));
-        for col_idx in 0..x.nrows() {
-            for value in &mut column_mut(&mut out, col_idx)[col_idx..] {
-                *value += self.variance();
+        let panels = column_panels(out, PANEL);
+        Crew::at_hand(x.nrows()).for_each(panels, |(first, mut panel)| {
+            for k in 0..panel.ncols() {
+                for value in &mut column_mut(&mut panel, k)[first + k..] {
+                    *value += self.variance();
+                }
             }
-        }
+        });
     }
 
     fn add_cross(&self, x1: MatRef<'_, f64>, x2: MatRef<'_, f64>, mut out: MatMut<'_, f64>) {
@@ -84,13 +91,17 @@ impl Covariance for Constant {
         assert_eq!((adjoint.nrows(), adjoint.ncols()), (x.nrows(), x.nrows()));
         assert_eq!(gradient.len(), 1);
         // ∂K/∂b = 2b·11′, so the gradient is 2b times the sum of all entries of Q.
-        let mut diagonal = 0.0;
-        let mut below = 0.0;
-        for_each_column(adjoint, |col_idx, column| {
-            diagonal += column[col_idx];
-            below += column[col_idx + 1..].iter().sum::<f64>();
+        let n = x.nrows();
+        let starts = (0..n).step_by(PANEL).collect();
+        let parts = Crew::at_hand(n).map(starts, |first| {
+            let mut sum = 0.0;
+            for_each_column(adjoint.subcols(first, PANEL.min(n - first)), |k, column| {
+                let below = sum_of(&column[first + k + 1..]);
+                sum += column[first + k] + 2.0 * below;
+            });
+            sum
         });
-        gradient[0] += 2.0 * self.bias_std * (diagonal + 2.0 * below);
+        gradient[0] += 2.0 * self.bias_std * parts.iter().sum::<f64>();
     }
 
     fn cross_adjoint(

@@ -16,7 +16,7 @@ pub trait Covariance: Send + Sync {
     /// Names and bounds of the hyperparameters, in θ order.
     fn layout(&self) -> ParamLayout;
 
-    /// The hyperparameters θ in natural units: standard deviations and length scales.
+    /// The hyperparameters θ in natural units: standard deviations, length scales, factors.
     fn params(&self) -> Vec<f64>;
 
     /// Replaces θ without judging it.

@@ -8,6 +8,10 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::columns::for_each_column;
+use crate::crew::{Crew, column_panels, row_panels};
+
+/// Rows or columns of the Gram matrix that are worked on together.
+const PANEL: usize = 128;
 
 /// Features scaled by their weights, Φ diag(w), (n, p).
 fn weighted(features: MatRef<'_, f64>, weights: &[f64]) -> Mat<f64> {
@@ -23,17 +27,27 @@ fn weighted(features: MatRef<'_, f64>, weights: &[f64]) -> Mat<f64> {
 /// Adds Φ diag(w²) Φᵀ to the lower triangle of `out`.
 pub(crate) fn add_gram(features: MatRef<'_, f64>, weights: &[f64], out: MatMut<'_, f64>) {
     let scaled = weighted(features, weights);
-    triangular::matmul(
-        out,
-        BlockStructure::TriangularLower,
-        Accum::Add,
-        scaled.as_ref(),
-        BlockStructure::Rectangular,
-        scaled.transpose(),
-        BlockStructure::Rectangular,
-        1.0,
-        Par::Seq,
-    );
+    let n = features.nrows();
+    Crew::at_hand(n).for_each(column_panels(out, PANEL), |(first, panel)| {
+        let (width, below) = (panel.ncols(), n - first - panel.ncols());
+        let (mut on_diagonal, rest) = panel
+            .subrows_mut(first, width + below)
+            .split_at_row_mut(width);
+        let own = scaled.as_ref().subrows(first, width); // (width, p)
+        triangular::matmul(
+            on_diagonal.as_mut(),
+            BlockStructure::TriangularLower,
+            Accum::Add,
+            own,
+            BlockStructure::Rectangular,
+            own.transpose(),
+            BlockStructure::Rectangular,
+            1.0,
+            Par::Seq,
+        );
+        let lower = scaled.as_ref().subrows(first + width, below);
+        matmul(rest, Accum::Add, lower, own.transpose(), 1.0, Par::Seq);
+    });
 }
 
 /// Adds Φ1 diag(w²) Φ2ᵀ to `out`.
@@ -79,17 +93,29 @@ pub(crate) fn add_adjoint(
 
     // φᵀQφ = 2 φᵀ(strictly lower Q)φ + Σ_a Q_aa φ_a².
     let mut below = Mat::zeros(n, p); // (n, p)
-    triangular::matmul(
-        below.as_mut(),
-        BlockStructure::Rectangular,
-        Accum::Replace,
-        adjoint,
-        BlockStructure::StrictTriangularLower,
-        features,
-        BlockStructure::Rectangular,
-        1.0,
-        Par::Seq,
-    );
+    Crew::at_hand(n).for_each(row_panels(below.as_mut(), PANEL), |(first, mut rows)| {
+        let height = rows.nrows();
+        triangular::matmul(
+            rows.as_mut(),
+            BlockStructure::Rectangular,
+            Accum::Replace,
+            adjoint.submatrix(first, first, height, height),
+            BlockStructure::StrictTriangularLower,
+            features.subrows(first, height),
+            BlockStructure::Rectangular,
+            1.0,
+            Par::Seq,
+        );
+        let left = adjoint.submatrix(first, 0, height, first);
+        matmul(
+            rows,
+            Accum::Add,
+            left,
+            features.subrows(0, first),
+            1.0,
+            Par::Seq,
+        );
+    });
     for_each_column(features, |col_idx, column| {
         let product = below.col_as_slice(col_idx);
         let quadratic: f64 = column

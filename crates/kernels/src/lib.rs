@@ -4,6 +4,7 @@ mod columns;
 mod constant;
 mod coulomb;
 mod covariance;
+mod crew;
 mod error;
 mod features;
 mod jitter;
@@ -16,13 +17,17 @@ mod sum;
 mod torque;
 mod vector_exp;
 
+pub use columns::{column_mut, for_each_column};
 pub use constant::Constant;
 pub use coulomb::{Coulomb, sgn};
 pub use covariance::Covariance;
+pub use crew::{Crew, column_panels, row_panels};
 pub use error::KernelError;
 pub use jitter::Jitter;
 pub use linear_ard::LinearArd;
-pub use params::{LINEAR_STD_CEILING, NOISE_VAR_FLOOR, ParamLayout, ParamSpec, Transform};
+pub use params::{
+    Component, LINEAR_STD_CEILING, NOISE_VAR_FLOOR, ParamLayout, ParamSpec, Transform,
+};
 pub use se_ard::SeArd;
 pub use sum::Sum;
 pub use torque::{TorqueCovariance, TorqueForm, TorqueParams};

@@ -1,7 +1,8 @@
 //! Names, bounds and unconstrained coordinates of hyperparameters, in θ order.
 //!
-//! Every hyperparameter is a standard deviation or a length scale, so it is
+//! Nearly every hyperparameter is a standard deviation or a length scale, so it is
 //! positive; two kinds carry a further bound of sec. 3.
+//! Entries of a factor of a matrix may have either sign.
 //! An optimiser without bounds works on z ∈ R, where a smooth increasing map
 //! takes z to the natural value θ inside its bound.
 
@@ -24,9 +25,10 @@ pub const LINEAR_STD_CEILING: f64 = 100.0;
 /// Positive                θ = eᶻ                    θ > 0
 /// Below { ceiling: c }    θ = c / (1 + e⁻ᶻ)         0 < θ < c
 /// SquareAbove { floor: f }  θ = √(f + eᶻ)           θ² > f
+/// Free { scale: s }       θ = s z                   any sign
 /// ```
-/// All three behave as a logarithm far from their bound, and approach the bound
-/// without reaching it.
+/// The first three behave as a logarithm far from their bound, and approach the
+/// bound without reaching it.
 /// # Source
 /// Bounds: sec. 3. The reparametrisation stands in for L-BFGS-B's box.
 // DEVIATION(sec. 3): the chapter's L-BFGS has box bounds; argmin's has none, so the
@@ -45,6 +47,11 @@ pub enum Transform {
         /// The floor, in the squared units of θ.
         floor: f64,
     },
+    /// Any value of either sign.
+    Free {
+        /// The size that θ is expected to have, in its units: finite and above zero.
+        scale: f64,
+    },
 }
 
 impl Transform {
@@ -54,6 +61,7 @@ impl Transform {
             Self::Positive => z.exp(),
             Self::Below { ceiling } => ceiling / (1.0 + (-z).exp()),
             Self::SquareAbove { floor } => (floor + z.exp()).sqrt(),
+            Self::Free { scale } => scale * z,
         }
     }
 
@@ -66,6 +74,7 @@ impl Transform {
             Self::Positive => theta.ln(),
             Self::Below { ceiling } => (theta / (ceiling - theta)).ln(),
             Self::SquareAbove { floor } => (theta * theta - floor).ln(),
+            Self::Free { scale } => theta / scale,
         }
     }
 
@@ -77,6 +86,7 @@ impl Transform {
             // dθ/dz = θ (1 − θ/c), with 1 − θ/c = 1/(1 + eᶻ) free of cancellation.
             Self::Below { .. } => theta / (1.0 + z.exp()),
             Self::SquareAbove { .. } => 0.5 * z.exp() / theta,
+            Self::Free { scale } => scale,
         }
     }
 
@@ -89,17 +99,35 @@ impl Transform {
             Self::Positive => theta.max(f64::MIN_POSITIVE.sqrt()),
             Self::Below { ceiling } => theta.clamp(f64::MIN_POSITIVE.sqrt(), 0.9 * ceiling),
             Self::SquareAbove { floor } => theta.max((2.0 * floor).sqrt()),
+            Self::Free { .. } => theta,
         }
     }
 
     /// Whether θ sits on its bound, to one part in a thousand.
     pub fn is_at_bound(self, theta: f64) -> bool {
         match self {
-            Self::Positive => false,
+            Self::Positive | Self::Free { .. } => false,
             Self::Below { ceiling } => theta >= 0.999 * ceiling,
             Self::SquareAbove { floor } => theta * theta <= 1.001 * floor,
         }
     }
+
+    /// Whether θ is a value that the hyperparameter may take.
+    pub fn admits(self, theta: f64) -> bool {
+        let is_positive = !matches!(self, Self::Free { .. });
+        theta.is_finite() && (theta > 0.0 || !is_positive)
+    }
+}
+
+/// Which part of a hyperparameter's name a value is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Component {
+    /// The whole of it: a scalar.
+    Whole,
+    /// The entry of a vector, by covariate or joint.
+    At(usize),
+    /// The entry of a matrix, by row and column.
+    Entry(usize, usize),
 }
 
 /// One hyperparameter: its name, component and bound.
@@ -107,8 +135,8 @@ impl Transform {
 pub struct ParamSpec {
     /// Name of the hyperparameter, e.g. `length_scales`.
     pub name: &'static str,
-    /// Which covariate or joint it belongs to; `None` for a scalar.
-    pub component: Option<usize>,
+    /// Which covariate, joint or entry it belongs to.
+    pub component: Component,
     /// Its bound and unconstrained coordinate.
     pub transform: Transform,
 }
@@ -116,8 +144,9 @@ pub struct ParamSpec {
 impl fmt::Display for ParamSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.component {
-            Some(idx) => write!(f, "{}[{idx}]", self.name),
-            None => f.write_str(self.name),
+            Component::Whole => f.write_str(self.name),
+            Component::At(idx) => write!(f, "{}[{idx}]", self.name),
+            Component::Entry(row, col) => write!(f, "{}[{row},{col}]", self.name),
         }
     }
 }
@@ -148,7 +177,7 @@ impl ParamLayout {
     pub fn with_scalar(mut self, name: &'static str, transform: Transform) -> Self {
         self.specs.push(ParamSpec {
             name,
-            component: None,
+            component: Component::Whole,
             transform,
         });
         self
@@ -159,9 +188,26 @@ impl ParamLayout {
     pub fn with_vector(mut self, name: &'static str, count: usize, transform: Transform) -> Self {
         self.specs.extend((0..count).map(|idx| ParamSpec {
             name,
-            component: Some(idx),
+            component: Component::At(idx),
             transform,
         }));
+        self
+    }
+
+    /// Appends some entries (row, column) of a matrix, which share name and bound.
+    #[must_use]
+    pub fn with_entries(
+        mut self,
+        name: &'static str,
+        entries: impl IntoIterator<Item = (usize, usize)>,
+        transform: Transform,
+    ) -> Self {
+        self.specs
+            .extend(entries.into_iter().map(|(row, col)| ParamSpec {
+                name,
+                component: Component::Entry(row, col),
+                transform,
+            }));
         self
     }
 

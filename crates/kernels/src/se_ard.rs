@@ -16,6 +16,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::columns::{column_mut, for_each_column};
 use crate::covariance::Covariance;
+use crate::crew::{Crew, column_panels};
 use crate::error::KernelError;
 use crate::params::{ParamLayout, Transform};
 use crate::positive::require_positive;
@@ -24,6 +25,9 @@ use crate::vector_exp::exp_in_place;
 
 /// Columns of the Gram matrix that are worked on together: their block stays in cache.
 pub(crate) const BLOCK: usize = 64;
+
+/// Rows of it that are worked on together: a tile of 256 kB stays in the second cache.
+const TILE_ROWS: usize = 512;
 
 /// Columns between `n_rows` inputs and others that are worked on together.
 ///
@@ -141,30 +145,32 @@ pub(crate) fn correlations(
     }
 }
 
-/// Visits the lower triangle of the correlations in blocks of columns.
+/// Visits rows `first..` of the correlations with columns `first..first + width`, in tiles.
 ///
-/// `visit` gets the first column of the block and the correlations of rows
-/// `first..n` with columns `first..first + width`; entry (k, k) is exactly 1.
-fn for_each_lower_block(scaled: &Scaled, mut visit: impl FnMut(usize, MatMut<'_, f64>)) {
+/// `visit` gets the first row of a tile and its correlations; entry (k, k) of the
+/// whole is exactly 1.
+fn for_each_tile(
+    scaled: &Scaled,
+    first: usize,
+    width: usize,
+    mut visit: impl FnMut(usize, MatMut<'_, f64>),
+) {
     let n = scaled.sq_norms.len();
-    let mut buffer = Mat::zeros(n, BLOCK.min(n)); // (n, BLOCK)
-    for first in (0..n).step_by(BLOCK) {
-        let width = BLOCK.min(n - first);
-        let mut block = buffer.as_mut().submatrix_mut(0, 0, n - first, width);
-        correlations(
-            scaled,
-            first..n,
-            scaled,
-            first..first + width,
-            block.as_mut(),
-        );
-        for k in 0..width {
-            // A point's distance to itself is 0, whatever rounding says; NaN is kept.
-            if !block[(k, k)].is_nan() {
-                block[(k, k)] = 1.0;
+    let mut buffer = Mat::zeros(TILE_ROWS.min(n - first), width); // (TILE_ROWS, width)
+    for row in (first..n).step_by(TILE_ROWS) {
+        let height = TILE_ROWS.min(n - row);
+        let mut tile = buffer.as_mut().subrows_mut(0, height);
+        let columns = first..first + width;
+        correlations(scaled, row..row + height, scaled, columns, tile.as_mut());
+        if row == first {
+            for k in 0..width {
+                // A point's distance to itself is 0, whatever rounding says; NaN is kept.
+                if !tile[(k, k)].is_nan() {
+                    tile[(k, k)] = 1.0;
+                }
             }
         }
-        visit(first, block);
+        visit(row, tile);
     }
 }
 
@@ -190,17 +196,20 @@ impl Covariance for SeArd {
         self.length_scales.copy_from_slice(&theta[1..]);
     }
 
-    fn add_gram(&self, x: MatRef<'_, f64>, mut out: MatMut<'_, f64>) {
+    fn add_gram(&self, x: MatRef<'_, f64>, out: MatMut<'_, f64>) {
         assert_eq!((out.nrows(), out.ncols()), (x.nrows(), x.nrows()));
         let signal_var = self.signal_std * self.signal_std;
         let scaled = self.scaled(x, &column_means(x));
-        for_each_lower_block(&scaled, |first, mut block| {
-            for k in 0..block.ncols() {
-                let target = &mut column_mut(&mut out, first + k)[first..];
-                for (value, correlation) in target.iter_mut().zip(column_mut(&mut block, k)) {
-                    *value += signal_var * *correlation;
+        let panels = column_panels(out, BLOCK);
+        Crew::at_hand(x.nrows()).for_each(panels, |(first, mut panel)| {
+            for_each_tile(&scaled, first, panel.ncols(), |row, mut tile| {
+                for k in 0..tile.ncols() {
+                    let target = &mut column_mut(&mut panel, k)[row..];
+                    for (value, correlation) in target.iter_mut().zip(column_mut(&mut tile, k)) {
+                        *value += signal_var * *correlation;
+                    }
                 }
-            }
+            });
         });
     }
 
@@ -250,10 +259,15 @@ impl Covariance for SeArd {
         assert_eq!((adjoint.nrows(), adjoint.ncols()), (n, n));
         assert_eq!(gradient.len(), 1 + d);
         let scaled = self.scaled(x, &column_means(x));
-        let mut sums = LowerSums::new(n, d);
-        for_each_lower_block(&scaled, |first, block| {
-            sums.add_block(&scaled.z, adjoint, first, block);
+        let starts = (0..n).step_by(BLOCK).collect();
+        let parts = Crew::at_hand(n).map(starts, |first| {
+            let mut sums = LowerSums::new(n, d, first);
+            for_each_tile(&scaled, first, BLOCK.min(n - first), |row, tile| {
+                sums.add_tile(&scaled.z, adjoint, row, tile);
+            });
+            sums
         });
+        let sums = LowerSums::total(n, d, &parts);
 
         let signal_var = self.signal_std * self.signal_std;
         gradient[0] += 2.0 * self.signal_std * (sums.diagonal + 2.0 * sums.below);

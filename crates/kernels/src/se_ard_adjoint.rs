@@ -9,68 +9,88 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use crate::columns::{column_mut, for_each_column};
 use crate::se_ard::{BLOCK, Scaled, correlations, cross_block};
 
-/// Sums over the strictly lower triangle of W = Q ∘ E, gathered block by block.
+/// Sums over the lower triangle of W = Q ∘ E, or over one block of its columns.
 pub(crate) struct LowerSums {
+    first: usize,           // column that the block begins with
     pub diagonal: f64,      // Σ_a W_aa
     pub below: f64,         // Σ_{a>b} W_ab
-    pub weights: Vec<f64>,  // (n,) row sum plus column sum of the strictly lower W
+    pub weights: Vec<f64>,  // row sum plus column sum of the strictly lower W, from row `first` on
     pub products: Vec<f64>, // (d,) Σ_{a>b} W_ab z_aj z_bj
     wz: Mat<f64>,           // (BLOCK, d) scratch
 }
 
 impl LowerSums {
-    pub fn new(n: usize, d: usize) -> Self {
+    /// Zeros, for the columns from `first` on.
+    pub fn new(n: usize, d: usize, first: usize) -> Self {
         Self {
+            first,
             diagonal: 0.0,
             below: 0.0,
-            weights: vec![0.0; n],
+            weights: vec![0.0; n - first],
             products: vec![0.0; d],
             wz: Mat::zeros(BLOCK, d),
         }
     }
 
-    /// Adds the columns `first..` whose correlations `block` holds, and overwrites it with W.
-    pub fn add_block(
+    /// The sum of all blocks, in their order.
+    pub fn total(n: usize, d: usize, blocks: &[Self]) -> Self {
+        let mut total = Self::new(n, d, 0);
+        for block in blocks {
+            total.diagonal += block.diagonal;
+            total.below += block.below;
+            add(&mut total.weights[block.first..], &block.weights);
+            add(&mut total.products, &block.products);
+        }
+        total
+    }
+
+    /// Adds the rows `row..` whose correlations `tile` holds, and overwrites it with W.
+    pub fn add_tile(
         &mut self,
         z: &Mat<f64>,
         adjoint: MatRef<'_, f64>,
-        first: usize,
-        mut block: MatMut<'_, f64>,
+        row: usize,
+        mut tile: MatMut<'_, f64>,
     ) {
-        let (n_rows, width) = (block.nrows(), block.ncols());
-        let q = adjoint.submatrix(first, first, n_rows, width);
+        let (height, width) = (tile.nrows(), tile.ncols());
+        let q = adjoint.submatrix(row, self.first, height, width);
+        let offset = row - self.first; // 0 only for the tile that holds the diagonal
         for_each_column(q, |k, q_column| {
-            let w = column_mut(&mut block, k);
-            self.diagonal += q_column[k] * w[k];
-            w[..=k].fill(0.0);
-            let mut column_sum = 0.0;
-            let below = w[k + 1..].iter_mut().zip(&q_column[k + 1..]);
-            for ((w, q), weight) in below.zip(&mut self.weights[first + k + 1..]) {
-                *w *= q;
-                *weight += *w;
-                column_sum += *w;
-            }
-            self.weights[first + k] += column_sum;
+            let w = column_mut(&mut tile, k);
+            let start = if offset == 0 {
+                self.diagonal += q_column[k] * w[k];
+                w[..=k].fill(0.0);
+                k + 1
+            } else {
+                0
+            };
+            let row_sums = &mut self.weights[offset + start..];
+            let column_sum = weigh_column(&mut w[start..], &q_column[start..], row_sums);
+            self.weights[k] += column_sum;
             self.below += column_sum;
         });
 
         // Rows of WᵀZ for this block's columns, then Σ_b z_bj (WᵀZ)_bj.
-        let z_rows = z.as_ref().subrows(first, n_rows);
+        let z_rows = z.as_ref().subrows(row, height);
         let mut wz = self.wz.as_mut().subrows_mut(0, width); // (width, d)
         matmul(
             wz.as_mut(),
             Accum::Replace,
-            block.transpose(),
+            tile.transpose(),
             z_rows,
             1.0,
             Par::Seq,
         );
         for (j, product) in self.products.iter_mut().enumerate() {
-            let z_block = &z.col_as_slice(j)[first..first + width];
-            *product += (z_block.iter().zip(column_mut(&mut wz, j).iter()))
-                .map(|(z, wz)| z * wz)
-                .sum::<f64>();
+            let z_block = &z.col_as_slice(j)[self.first..self.first + width];
+            *product += dot(z_block, column_mut(&mut wz, j));
         }
+    }
+}
+
+fn add(total: &mut [f64], part: &[f64]) {
+    for (total, part) in total.iter_mut().zip(part) {
+        *total += part;
     }
 }
 

@@ -1,6 +1,6 @@
 //! The maps between natural and unconstrained hyperparameters.
 
-use kernels::Transform;
+use kernels::{ParamLayout, Transform};
 use proptest::prelude::*;
 
 const ALL: [Transform; 3] = [
@@ -16,7 +16,7 @@ proptest! {
             let theta = transform.natural(z);
             prop_assert!(theta > 0.0 && theta.is_finite());
             match transform {
-                Transform::Positive => {}
+                Transform::Positive | Transform::Free { .. } => {}
                 Transform::Below { ceiling } => prop_assert!(theta <= ceiling),
                 Transform::SquareAbove { floor } => {
                     prop_assert!(theta * theta >= floor * (1.0 - 4.0 * f64::EPSILON));
@@ -47,6 +47,27 @@ proptest! {
             prop_assert!(error <= tolerance, "{transform:?} {z}: {error} {tolerance}");
         }
     }
+}
+
+#[test]
+fn free_values_have_either_sign_and_no_bound() {
+    let free = Transform::Free { scale: 4.0 };
+    assert_eq!(free.natural(-0.5), -2.0);
+    assert_eq!(free.unconstrained(-2.0), -0.5);
+    assert_eq!(free.derivative(17.0), 4.0);
+    assert_eq!(free.clamp_inside(0.0), 0.0);
+    assert!(!free.is_at_bound(0.0));
+    assert!(free.admits(-2.0) && free.admits(0.0) && !free.admits(f64::NAN));
+    assert!(Transform::Positive.admits(2.0) && !Transform::Positive.admits(0.0));
+}
+
+#[test]
+fn entries_of_a_matrix_are_named_by_row_and_column() {
+    let free = Transform::Free { scale: 1.0 };
+    let layout = ParamLayout::new().with_entries("factor", [(0, 0), (1, 0), (1, 1)], free);
+    let names: Vec<String> = layout.specs().iter().map(ToString::to_string).collect();
+    assert_eq!(names, ["factor[0,0]", "factor[1,0]", "factor[1,1]"]);
+    assert_eq!(layout.range("factor"), Some(0..3));
 }
 
 #[test]

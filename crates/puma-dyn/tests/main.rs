@@ -2,6 +2,7 @@
 
 mod allocations;
 mod classical;
+mod context_rank;
 mod fixture;
 mod golden;
 mod identities;

@@ -12,6 +12,7 @@ use super::Objective;
 /// Near a bound dg/dz dies out, so a small ∂f/∂z does not mean convergence.
 /// The gradient with respect to log θ does not die out, and it is the one that
 /// counts wherever it points away from the bound.
+/// A free parameter has no bound: its gradient is ∂f/∂z.
 pub(crate) struct Reparametrised<F> {
     transforms: Vec<Transform>,
     natural_objective: F,
@@ -63,7 +64,7 @@ impl<F: FnMut(&[f64], &mut [f64]) -> f64> Reparametrised<F> {
     fn effective_gradient(transform: Transform, z: f64, gradient: f64) -> f64 {
         let log_gradient = Self::log_gradient(transform, z, gradient);
         let falls_inwards = match transform {
-            Transform::Positive => false,
+            Transform::Positive | Transform::Free { .. } => false,
             Transform::Below { .. } => log_gradient > 0.0,
             Transform::SquareAbove { .. } => log_gradient < 0.0,
         };
@@ -80,8 +81,8 @@ impl<F: FnMut(&[f64], &mut [f64]) -> f64> Objective for Reparametrised<F> {
         for ((theta, transform), &z) in self.theta.iter_mut().zip(&self.transforms).zip(z) {
             *theta = transform.natural(z);
         }
-        let is_usable = |theta: &f64| theta.is_finite() && *theta > 0.0;
-        if !self.theta.iter().all(is_usable) {
+        let mut values = self.transforms.iter().zip(&self.theta);
+        if !values.all(|(transform, &theta)| transform.admits(theta)) {
             return f64::INFINITY;
         }
         let value = (self.natural_objective)(&self.theta, gradient);
@@ -174,6 +175,24 @@ mod tests {
                 "{j}: {gradient:?}"
             );
         }
+    }
+
+    #[test]
+    fn free_parameter_may_be_negative_or_zero() {
+        // F = (θ + 3)², θ = 2z.
+        let layout = ParamLayout::new().with_scalar("f", Transform::Free { scale: 2.0 });
+        let mut objective = Reparametrised::new(&layout, |theta: &[f64], g: &mut [f64]| {
+            g[0] = 2.0 * (theta[0] + 3.0);
+            (theta[0] + 3.0).powi(2)
+        });
+        let z = objective.unconstrained(&[-4.0]);
+        let mut gradient = [0.0];
+        assert!((objective.value_and_gradient(&z, &mut gradient) - 1.0).abs() < 1e-15);
+        // ∂f/∂z = 2 · 2(θ + 3).
+        assert!((objective.projected_gradient(&z, &gradient) - 4.0).abs() < 1e-15);
+        assert!((objective.value_and_gradient(&[0.0], &mut gradient) - 9.0).abs() < 1e-15);
+        assert!((objective.projected_gradient(&[0.0], &gradient) - 12.0).abs() < 1e-15);
+        assert!(objective.released(&[0.0], &gradient, 1e-5).is_none());
     }
 
     #[test]

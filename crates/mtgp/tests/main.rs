@@ -1,0 +1,21 @@
+//! Integration tests of the multi-task prior.
+
+#![allow(clippy::unwrap_used, reason = "a test fails where its premise does")]
+#![allow(
+    clippy::float_cmp,
+    reason = "values worked by hand are exact in binary"
+)]
+
+mod bad_input;
+mod eq_16;
+mod eq_17;
+mod eq_18;
+mod eq_23_26;
+mod fixture;
+mod identities;
+mod laws;
+mod layout;
+mod memory;
+mod repeated_inputs;
+mod task_noise;
+mod textbook;
