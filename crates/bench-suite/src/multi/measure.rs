@@ -100,7 +100,8 @@ impl Training {
 
 /// Fits and scores all models of a unit; sequential, and the same bits on every call but for the seconds.
 ///
-/// pGP and iGP are learned once; each mGP starts as A.3 says, and from the mGP of the rank before it.
+/// pGP and iGP are learned once; each mGP starts as A.3 says, and from the best of the models that it contains:
+/// pGP and the mGPs of lower ranks.
 ///
 /// # Errors
 /// `Fit` or `MultiTask` if a model cannot be fitted; the errors of [`nmse`].
@@ -111,34 +112,27 @@ impl Training {
 pub fn measure(unit: &Unit, bench: &Bench<'_>) -> Result<UnitRecord, BenchError> {
     let training = Training::draw(unit, bench)?;
     let options = MultiTaskOptions::several();
-    let mut stages = Stages::default();
-    let mut lower: Option<TaskFit> = None;
+    let (stage_one, seconds) = stage_one(&training, &options)?;
+    let mut contained = Contained::default();
     let mut models = Vec::new();
     for &model in &unit.models {
-        let record = match model {
+        models.push(match model {
             MultiModel::Single => single(unit, bench, &training)?,
-            MultiModel::Pooled => {
-                let (stage_one, seconds) = stages.get(&training, &options)?;
-                scored(unit, bench, model, &stage_one.pooled, seconds[0])?
-            }
+            MultiModel::Pooled => scored(unit, bench, model, &stage_one.pooled, seconds[0])?,
             MultiModel::Independent => {
-                let (stage_one, seconds) = stages.get(&training, &options)?;
                 scored(unit, bench, model, &stage_one.independent, seconds[1])?
             }
             MultiModel::Transfer { rank } => {
-                let (stage_one, _) = stages.get(&training, &options)?;
                 let start = Instant::now();
-                let Training {
-                    stacked, targets, ..
-                } = &training;
-                let fit = fit_rank(stacked, targets, rank, stage_one, lower.as_ref(), &options)?;
+                let (data, targets) = (&training.stacked, &training.targets);
+                let warm = contained.best(&stage_one);
+                let fit = fit_rank(data, targets, rank, &stage_one, Some(warm), &options)?;
                 let seconds = start.elapsed().as_secs_f64();
                 let record = scored(unit, bench, model, &fit, seconds)?;
-                lower = Some(fit);
+                contained.add(fit);
                 record
             }
-        };
-        models.push(record);
+        });
     }
     Ok(UnitRecord {
         unit: unit.clone(),
@@ -146,27 +140,29 @@ pub fn measure(unit: &Unit, bench: &Bench<'_>) -> Result<UnitRecord, BenchError>
     })
 }
 
-/// Steps 1 and 2 of A.3, done when the first model asks for them.
+/// The mGP of the highest likelihood so far; ranks come in ascending order.
 #[derive(Default)]
-struct Stages(Option<(StageOne, [f64; 2])>);
+struct Contained(Option<TaskFit>);
 
-impl Stages {
-    /// The stage and the seconds of pGP and of iGP; the latter's take in step 2.
-    fn get(
-        &mut self,
-        training: &Training,
-        options: &MultiTaskOptions,
-    ) -> Result<(&StageOne, [f64; 2]), BenchError> {
-        if self.0.is_none() {
-            self.0 = Some(stage_one(training, options)?);
+impl Contained {
+    fn add(&mut self, fit: TaskFit) {
+        let best = self.0.as_ref().map_or(f64::NEG_INFINITY, TaskFit::log_marginal);
+        if fit.log_marginal() > best {
+            self.0 = Some(fit);
         }
-        match &self.0 {
-            Some((stage_one, seconds)) => Ok((stage_one, *seconds)),
-            None => unreachable!("made above"),
-        }
+    }
+
+    /// It, or pGP, which is the mGP of rank 1 with equal entries, where that is more likely.
+    fn best<'a>(&'a self, stage_one: &'a StageOne) -> &'a TaskFit {
+        let pooled = &stage_one.pooled;
+        let of_lower_rank = self.0.as_ref();
+        of_lower_rank
+            .filter(|fit| fit.log_marginal() > pooled.log_marginal())
+            .unwrap_or(pooled)
     }
 }
 
+/// Steps 1 and 2 of A.3, with the seconds of pGP and of iGP; the latter's take in step 2.
 fn stage_one(
     training: &Training,
     options: &MultiTaskOptions,
