@@ -192,7 +192,10 @@ fn add_product(mut out: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>,
 }
 
 #[cfg(test)]
-#[allow(clippy::float_cmp, reason = "the arithmetic of these matrices is exact")]
+#[allow(
+    clippy::float_cmp,
+    reason = "the arithmetic of these matrices is exact"
+)]
 mod tests {
     use faer::Mat;
 

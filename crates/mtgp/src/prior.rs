@@ -9,7 +9,7 @@ use crate::runs::{Runs, TaskTable};
 use crate::task_cov::TaskCovariance;
 
 /// Columns that are worked on together: bounds the memory to (n, `PANEL`) a few times.
-const PANEL: usize = 64;
+const PANEL: usize = 128;
 
 /// The covariance between the torques of one joint at two inputs in two tasks.
 ///

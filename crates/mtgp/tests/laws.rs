@@ -11,7 +11,7 @@ const D: usize = 6;
 
 const M: usize = 4;
 
-/// More than one panel of columns (64), and not a multiple.
+/// More than one panel of columns (128), and not a multiple.
 const SIZES: [usize; 4] = [1, 7, 83, 150];
 
 /// How the rows of the tasks follow each other.
@@ -338,8 +338,8 @@ fn adjoint_is_the_gradient_by_central_differences() {
 fn cross_adjoint_is_the_gradient_by_central_differences() {
     for_all(|name, cov, x, rng| {
         // More than one panel of columns, and not a multiple.
-        let other = rows(rng, 70, "mixed");
-        let q = random_matrix(rng, x.nrows(), 70);
+        let other = rows(rng, 140, "mixed");
+        let q = random_matrix(rng, x.nrows(), 140);
         let mut gradient = vec![0.0; cov.n_params()];
         cov.cross_adjoint(x.as_ref(), other.as_ref(), q.as_ref(), &mut gradient);
         check_gradient(name, cov, &q, &gradient, |cov| {
@@ -370,7 +370,7 @@ fn adjoint_accumulates() {
         let mut again = once.clone();
         cov.gram_adjoint(x.as_ref(), q.as_ref(), &mut again);
         for (a, b) in once.iter().zip(&again) {
-            // Two panels at n = 83: the sum is rounded once more.
+            // Two panels at n = 150: the sum is rounded once more.
             let tolerance = 16.0 * f64::EPSILON * b.abs();
             assert!((2.0 * a - b).abs() <= tolerance, "{name}: {a} {b}");
         }
