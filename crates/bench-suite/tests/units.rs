@@ -60,8 +60,17 @@ fn a_record_has_a_score_of_every_context_and_the_likelihood_grows_with_the_rank(
     for model in &record.models {
         let contexts: Vec<usize> = model.scores.iter().map(|score| score.context).collect();
         assert_eq!(contexts, [1, 2, 3], "{}", model.model);
-        assert!(model.scores.iter().all(|s| s.interp > 0.0 && s.extrap > 0.0));
-        let n_fits = if model.model.to_string() == "sGP" { 3 } else { 1 };
+        assert!(
+            model
+                .scores
+                .iter()
+                .all(|s| s.interp > 0.0 && s.extrap > 0.0)
+        );
+        let n_fits = if model.model.to_string() == "sGP" {
+            3
+        } else {
+            1
+        };
         assert_eq!(model.fits.len(), n_fits, "{}", model.model);
     }
     let log = |name: &str| {
@@ -69,7 +78,12 @@ fn a_record_has_a_score_of_every_context_and_the_likelihood_grows_with_the_rank(
         model.log_marginal_likelihood
     };
     // mGP-1 contains pGP and sets out near it; mGP-2 sets out from mGP-1 too.
-    assert!(log("mGP-2") >= log("mGP-1") - 1.0, "{} {}", log("mGP-2"), log("mGP-1"));
+    assert!(
+        log("mGP-2") >= log("mGP-1") - 1.0,
+        "{} {}",
+        log("mGP-2"),
+        log("mGP-1")
+    );
     let factor = &record.of("mGP-2".parse().unwrap()).unwrap().task_factor;
     assert_eq!((factor.len(), factor[0].len()), (3, 2));
 }

@@ -146,7 +146,10 @@ struct Contained(Option<TaskFit>);
 
 impl Contained {
     fn add(&mut self, fit: TaskFit) {
-        let best = self.0.as_ref().map_or(f64::NEG_INFINITY, TaskFit::log_marginal);
+        let best = self
+            .0
+            .as_ref()
+            .map_or(f64::NEG_INFINITY, TaskFit::log_marginal);
         if fit.log_marginal() > best {
             self.0 = Some(fit);
         }
