@@ -1,5 +1,6 @@
-//! The experiments by name: those with one context and those with many.
+//! The experiments by name: those about the data, those with one context and those with many.
 
+use crate::data_figures::spec::DataExperiment;
 use crate::error::BenchError;
 use crate::multi::spec::MultiExperiment;
 use crate::spec::Experiment;
@@ -7,6 +8,8 @@ use crate::spec::Experiment;
 /// Experiments, each kind in the order of the chapter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Catalogue {
+    /// Section 2: no model, no profile.
+    pub data: Vec<DataExperiment>,
     /// Section 3.4.
     pub one: Vec<Experiment>,
     /// Section 4.6.
@@ -20,6 +23,7 @@ impl Catalogue {
     /// `Experiment` if a description does not follow the format.
     pub fn all() -> Result<Self, BenchError> {
         Ok(Self {
+            data: DataExperiment::all()?,
             one: Experiment::all()?,
             many: MultiExperiment::all()?,
         })
@@ -41,6 +45,9 @@ impl Catalogue {
         }
         let is_chosen = |name: &String| names.is_empty() || names.contains(name);
         catalogue
+            .data
+            .retain(|experiment| is_chosen(&experiment.name));
+        catalogue
             .one
             .retain(|experiment| is_chosen(&experiment.name));
         catalogue
@@ -50,9 +57,10 @@ impl Catalogue {
     }
 
     fn names(&self) -> Vec<String> {
+        let data = self.data.iter().map(|experiment| &experiment.name);
         let one = self.one.iter().map(|experiment| &experiment.name);
         let many = self.many.iter().map(|experiment| &experiment.name);
-        one.chain(many).cloned().collect()
+        data.chain(one).chain(many).cloned().collect()
     }
 }
 
@@ -61,13 +69,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_choose_among_both_kinds() {
-        let catalogue = Catalogue::named(&["fig11".into(), "table3".into()]).unwrap();
-        assert_eq!(catalogue.names(), ["table3", "fig11"]);
-        let error = Catalogue::named(&["fig70".into()]).unwrap_err();
+    fn no_name_means_all_and_names_choose_across_the_kinds() {
+        let all = Catalogue::named(&[]).unwrap();
+        assert_eq!((all.data.len(), all.one.len(), all.many.len()), (7, 3, 2));
+        let some = Catalogue::named(&["fig11", "fig08", "fig03"].map(String::from)).unwrap();
+        assert_eq!(some.names(), ["fig03", "fig08", "fig11"]);
+    }
+
+    #[test]
+    fn unknown_names_are_refused_with_the_known_ones() {
+        let error = Catalogue::named(&["fig70".to_string()]).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "unknown experiment \"fig70\"; known: table3, fig07, fig08, fig10, fig11"
+            "unknown experiment \"fig70\"; known: fig02, table1, fig03, fig04, fig05, fig06, table2, table3, fig07, fig08, fig10, fig11"
         );
     }
 }

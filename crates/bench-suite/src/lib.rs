@@ -3,6 +3,7 @@
 
 pub mod catalogue;
 pub mod cell;
+pub mod data_figures;
 pub mod dataset;
 pub mod digest;
 pub mod error;

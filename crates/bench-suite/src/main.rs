@@ -80,6 +80,7 @@ fn status(is_good: bool) -> ExitCode {
 }
 
 fn print(reproduction: &Reproduction) {
+    print_findings(&reproduction.about_data);
     if let Some(one) = &reproduction.one {
         print_one(one);
     }
@@ -187,6 +188,9 @@ fn update(path: &Path, reproduction: &Reproduction) -> anyhow::Result<ExitCode> 
 
 fn list() -> anyhow::Result<ExitCode> {
     let catalogue = Catalogue::all()?;
+    for experiment in &catalogue.data {
+        println!("{:8} {}", experiment.name, experiment.title);
+    }
     for experiment in &catalogue.one {
         println!("{:8} {}", experiment.name, experiment.title);
         for (profile, scope) in &experiment.profile {

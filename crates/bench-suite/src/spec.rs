@@ -191,7 +191,7 @@ fn check(what: &str, numbers: &[usize], max: usize) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    fn experiment(name: &str) -> Experiment {
+    fn named(name: &str) -> Experiment {
         let mut all = Experiment::all().unwrap().into_iter();
         all.find(|experiment| experiment.name == name).unwrap()
     }
@@ -209,14 +209,14 @@ mod tests {
 
     #[test]
     fn full_is_everything_in_fig_7() {
-        let fig07 = experiment("fig07");
+        let fig07 = named("fig07");
         let scope = fig07.scope(Profile::Full, &Selection::default()).unwrap();
         assert_eq!(fig07.cells(&scope).len(), 15 * 6 * 6 * 4);
     }
 
     #[test]
     fn a_selection_replaces_the_profiles_lists() {
-        let table3 = experiment("table3");
+        let table3 = named("table3");
         let selection = Selection {
             loads: Some(vec![2]),
             joints: Some(vec![5]),
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_do_not_exist_are_refused() {
+    fn unknown_numbers_are_refused() {
         let source = include_str!("../experiments/table3.toml").replace("[1, 3, 6]", "[1, 7]");
         let error = Experiment::parse("x", &source).unwrap_err().to_string();
         assert!(error.contains("joint 7 is not in 1 to 6"), "{error}");

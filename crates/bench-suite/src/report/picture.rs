@@ -9,6 +9,9 @@ use crate::error::BenchError;
 /// Pixels a point in the PNG.
 const PNG_SCALE: f32 = 2.0;
 
+/// The letters of the pictures, inside every SVG file: no font of the system is needed.
+const FONTS: &str = include_str!("../../fonts/dejavu.css");
+
 /// Colour of text and outlines.
 pub const INK: &str = "#1f2933";
 /// Colour of remarks.
@@ -107,9 +110,11 @@ impl Picture {
         });
     }
 
-    /// The picture as SVG text.
+    /// The picture as SVG text, with its fonts.
     pub fn to_svg(&self) -> String {
-        SvgBackend::default().render_scene(&self.scene)
+        let svg = SvgBackend::default().render_scene(&self.scene);
+        // The first `>` ends the opening tag.
+        svg.replacen('>', &format!(">\n<style>\n{FONTS}</style>"), 1)
     }
 
     /// The picture as a PNG file's bytes.
@@ -223,6 +228,7 @@ mod tests {
         picture.vertical_text(9.0, 30.0, "nMSE", Font::Label);
         assert_eq!(picture.to_png().unwrap()[..4], [0x89, b'P', b'N', b'G']);
         let svg = picture.to_svg();
+        assert!(svg.starts_with("<svg ") && svg.matches("<style>").count() == 1);
         for part in ["#123456", "4 2", "rotate(-90"] {
             assert!(svg.contains(part), "{part}: {svg}");
         }

@@ -7,11 +7,11 @@ use crate::store::write_atomically;
 
 /// Files of a report, kept in memory until all of them exist.
 #[derive(Default)]
-pub(super) struct Files(Vec<(&'static str, Vec<u8>)>);
+pub(super) struct Files(Vec<(String, Vec<u8>)>);
 
 impl Files {
-    pub fn add(&mut self, name: &'static str, contents: impl Into<Vec<u8>>) {
-        self.0.push((name, contents.into()));
+    pub fn add(&mut self, name: &str, contents: impl Into<Vec<u8>>) {
+        self.0.push((name.to_string(), contents.into()));
     }
 
     /// Writes everything into a new directory, which appears only when it is complete.

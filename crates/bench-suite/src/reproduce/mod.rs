@@ -12,6 +12,9 @@ pub use many_contexts::ManyContexts;
 use self::files::Files;
 use crate::catalogue::Catalogue;
 use crate::cell::Cell;
+use crate::data_figures::page;
+use crate::data_figures::section::Section;
+use crate::data_figures::spec::DataExperiment;
 use crate::error::BenchError;
 use crate::manifest::Manifest;
 use crate::multi;
@@ -53,6 +56,8 @@ pub type Findings = Vec<(String, Vec<String>)>;
 pub struct Reproduction {
     /// Directory of this run's report.
     pub directory: PathBuf,
+    /// What section 2 says of the data beside what was found, for the terminal.
+    pub about_data: Findings,
     /// What section 3.4 gave, if one of its experiments was chosen.
     pub one: Option<OneContext>,
     /// What section 4.6 gave, if one of its experiments was chosen.
@@ -91,20 +96,22 @@ impl Reproduction {
 /// `UnknownName` if the request names an experiment that does not exist; `Experiment` if a size cannot
 /// be shared out among the contexts; `Io` if a file cannot be written; the errors of [`run`].
 pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
-    let catalogue = Catalogue::named(&request.only)?;
-    let one = scoped_one(catalogue.one, request)?;
-    let many = scoped_many(catalogue.many, request)?;
+    let Catalogue { data, one, many } = Catalogue::named(&request.only)?;
+    let one = scoped_one(one, request)?;
+    let many = scoped_many(many, request)?;
 
     let mut manifest = Manifest::start(request.command.clone(), request.n_threads);
+    let about_data = page::sections(&data)?;
     let of_one = run_one(&one, request)?;
     let of_many = run_many(&many, request)?;
     count(&mut manifest, of_one.as_ref());
     count(&mut manifest, of_many.as_ref());
 
     let mut files = Files::default();
-    let mut page = Page::titled("The chapter's experiments");
+    let mut page = Page::titled("The chapter's tables and figures");
     page.command(&manifest.command);
     page.prose(&origin(&manifest, of_one.as_ref(), of_many.as_ref()));
+    let about_data = data_part(&about_data, &mut page, &mut files);
     let one = match of_one {
         Some(outcome) => Some(report_one(&one, outcome, &mut page, &mut files)?),
         None => None,
@@ -129,9 +136,27 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let name = manifest.directory_name(request.profile.name());
     Ok(Reproduction {
         directory: files.write(&request.output, &name)?,
+        about_data,
         one,
         many,
     })
+}
+
+/// Sections and files about the data; the findings once more for the terminal.
+fn data_part(
+    sections: &[(&DataExperiment, Section)],
+    page: &mut Page,
+    files: &mut Files,
+) -> Findings {
+    let mut found = Findings::new();
+    for (experiment, section) in sections {
+        page::write(page, experiment, section);
+        for (name, contents) in &section.files {
+            files.add(name, contents.clone());
+        }
+        found.push((experiment.title.clone(), page::sentences(section)));
+    }
+    found
 }
 
 fn scoped_one(
