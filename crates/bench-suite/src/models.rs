@@ -88,7 +88,7 @@ fn stage_summary(stage: &StageReport) -> impl Iterator<Item = StartSummary> {
 }
 
 /// Name of a start in records and reports.
-fn start_name(kind: StartKind) -> &'static str {
+pub(crate) fn start_name(kind: StartKind) -> &'static str {
     match kind {
         StartKind::Chapter => "eq22",
         StartKind::DoubleLengthScales => "lengths-x2",
@@ -100,7 +100,7 @@ fn start_name(kind: StartKind) -> &'static str {
 }
 
 /// Name of the way the likelihood was computed.
-fn method_name(method: MethodUsed) -> &'static str {
+pub(crate) fn method_name(method: MethodUsed) -> &'static str {
     match method {
         MethodUsed::Dense => "dense",
         MethodUsed::Certified => "certified",
@@ -108,7 +108,7 @@ fn method_name(method: MethodUsed) -> &'static str {
 }
 
 /// Name of the reason why a search ended.
-fn stop_name(stop: StopReason) -> &'static str {
+pub(crate) fn stop_name(stop: StopReason) -> &'static str {
     match stop {
         StopReason::GradientSmall => "gradient-small",
         StopReason::ValueStalled => "value-stalled",

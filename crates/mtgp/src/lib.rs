@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod all_tasks;
 mod baselines;
 mod bic;
 mod climb;

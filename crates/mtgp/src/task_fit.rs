@@ -253,7 +253,7 @@ impl TaskFit {
         Ok(self.posterior.predict_mean(rows.as_ref())?)
     }
 
-    fn rows_of(&self, task: usize, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
+    pub(crate) fn rows_of(&self, task: usize, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
         let expected = self.covariance().input().linear().linear_std().len();
         if x.ncols() != expected {
             let found = x.ncols();
