@@ -42,6 +42,7 @@ pub use model::{
     FORMAT_VERSION, FitSummary, JointModel, JointPrediction, ModelFileError, ModelKind, Predictor,
     PredictorScratch, ProcessModel, Provenance, TorqueModel, TrainingRanges,
 };
+pub use nested::spread_rows;
 pub use optimize::{Curvature, StopReason};
 pub use posterior::{Posterior, Prediction};
 pub use search::{Likelihood, SearchEnd, search, search_near};

@@ -6,6 +6,7 @@ mod bic;
 mod climb;
 mod error;
 mod kron;
+mod ladder;
 mod layout;
 mod noise_free;
 mod prior;
@@ -26,6 +27,7 @@ pub use bic::{
 };
 pub use error::MtgpError;
 pub use kron::{BlockGradient, CompleteBlock};
+pub use ladder::fit_ranks;
 pub use layout::{Stacked, with_task};
 pub use noise_free::NoiseFreeBlock;
 pub use prior::MultiTaskCovariance;
