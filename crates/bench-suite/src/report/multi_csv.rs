@@ -25,7 +25,8 @@ pub fn fits(records: &[UnitRecord]) -> String {
     let mut text = String::from(header);
     for (unit, model) in each_model(records) {
         for (i, fit) in model.fits.iter().enumerate() {
-            text += &format!("{unit},{},{}\n", i + 1, columns(fit));
+            let line = format!("{unit},{},{}\n", i + 1, columns(fit));
+            text.push_str(&line);
         }
     }
     text
@@ -36,7 +37,8 @@ pub fn seconds(records: &[UnitRecord]) -> String {
     let mut text = String::from("draw,joint,n,model,seconds_fit,seconds_predict\n");
     for (unit, model) in each_model(records) {
         let (fit, predict) = (model.seconds_fit, model.seconds_predict);
-        text += &format!("{unit},{fit:.6},{predict:.6}\n");
+        let line = format!("{unit},{fit:.6},{predict:.6}\n");
+        text.push_str(&line);
     }
     text
 }
@@ -50,7 +52,8 @@ pub fn curves(curves: &Curves) -> String {
                 (key.set.name(), key.statistic.name(), key.series.name());
             let numbers = [point.value, point.low, point.high].map(|v| format!("{v:e}"));
             let (joint, n, numbers) = (key.joint, point.n, numbers.join(","));
-            text += &format!("{joint},{set},{statistic},{series},{n},{numbers}\n");
+            let line = format!("{joint},{set},{statistic},{series},{n},{numbers}\n");
+            text.push_str(&line);
         }
     }
     text
