@@ -17,7 +17,7 @@ fn units() -> BTreeSet<Unit> {
         n_contexts: 3,
         n_total: 18,
         models: ["sGP", "iGP", "pGP", "mGP-1", "mGP-2"]
-            .map(|name| name.parse().unwrap())
+            .map(|name| name.parse().expect("a model's name"))
             .to_vec(),
     };
     [1, 3].map(unit).into()
