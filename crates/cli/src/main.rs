@@ -11,6 +11,9 @@
 mod columns;
 mod commands;
 mod context;
+mod context_column;
+mod context_hyperparameters;
+mod data_args;
 mod degrees;
 mod error;
 mod format;
@@ -22,13 +25,16 @@ mod malformed;
 mod messages;
 mod method;
 mod model_file;
+mod noise_std;
 mod output;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 mod payload_file;
+mod printed;
 mod range_watch;
 mod result_table;
 mod robot;
+mod row_contexts;
 mod samples;
 mod score;
 mod table;

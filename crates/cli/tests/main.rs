@@ -7,6 +7,7 @@ mod inverse_dynamics;
 mod learning;
 mod learning_refusals;
 mod likelihood;
+mod likelihood_contexts;
 mod payloads;
 mod puma_samples;
 mod readme;

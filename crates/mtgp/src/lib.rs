@@ -3,6 +3,7 @@
 mod error;
 mod kron;
 mod layout;
+mod model;
 mod noise_free;
 mod prior;
 mod repeated_inputs;
@@ -15,6 +16,7 @@ mod task_noise;
 pub use error::MtgpError;
 pub use kron::{BlockGradient, CompleteBlock};
 pub use layout::{Stacked, with_task};
+pub use model::{ContextPredictor, ModelParts, MultiTaskModel, RankSelection, TaskProcess};
 pub use noise_free::NoiseFreeBlock;
 pub use prior::MultiTaskCovariance;
 pub use repeated_inputs::{FactorGradient, RepeatedInputs, SharedObservations};

@@ -16,6 +16,8 @@ mod identities;
 mod laws;
 mod layout;
 mod memory;
+mod model_file;
+mod multi_task_models;
 mod repeated_inputs;
 mod task_noise;
 mod textbook;
