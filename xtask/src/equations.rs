@@ -46,7 +46,7 @@ const EQUATIONS: [(u32, &str, Option<&str>); 28] = [
     (16, "prior on the torques of all contexts", None),
     (17, "prediction for a complete block design", None),
     (18, "prediction without noise", None),
-    (19, "BIC of a rank", MANY),
+    (19, "BIC of a rank", None),
     (20, "torques from eleven known contexts", MANY),
     (21, "which context is it", MANY),
     (22, "starting values", None),
@@ -54,8 +54,8 @@ const EQUATIONS: [(u32, &str, Option<&str>); 28] = [
     (24, "its gradient with respect to K^ρ", None),
     (25, "K^ρ at the maximum", None),
     (26, "likelihood at the maximum", None),
-    (27, "first K^ρ by expectation", MANY),
-    (28, "first K^ρ from augmented targets", MANY),
+    (27, "first K^ρ by expectation", None),
+    (28, "first K^ρ from augmented targets", None),
 ];
 
 /// Why the equations of sections 4 and 5 have no item.

@@ -69,6 +69,12 @@ pub enum BenchError {
         /// The drawing library's reason.
         message: String,
     },
+    /// An eigendecomposition did not converge.
+    #[error("eigendecomposition: {message}")]
+    Decomposition {
+        /// The linear-algebra library's reason.
+        message: String,
+    },
     /// The simulated data could not be made.
     #[error("data set: {0}")]
     Dynamics(#[from] puma_dyn::DynError),

@@ -1,7 +1,9 @@
 //! The chapter's experiments: data sets, splits, models, tables and figures.
 #![doc = include_str!("../README.md")]
 
+pub mod catalogue;
 pub mod cell;
+pub mod data_figures;
 pub mod dataset;
 pub mod digest;
 pub mod error;

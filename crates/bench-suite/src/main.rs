@@ -11,11 +11,12 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use bench_suite::BenchError;
+use bench_suite::catalogue::Catalogue;
 use bench_suite::regression;
 use bench_suite::report::{averages, durations};
 use bench_suite::reproduce::{Reproduction, Request, reproduce};
 use bench_suite::run::Reuse;
-use bench_suite::spec::{Experiment, Profile, Selection};
+use bench_suite::spec::{Profile, Selection};
 use bench_suite::store::write_atomically;
 use clap::Parser;
 
@@ -86,11 +87,13 @@ fn print(reproduction: &Reproduction) {
             reproduction.outcome.n_missing
         );
     }
-    println!(
-        "{}:\n{}",
-        durations::TITLE,
-        durations::by_model_and_size(&reproduction.outcome.records).to_text()
-    );
+    if !reproduction.outcome.records.is_empty() {
+        println!(
+            "{}:\n{}",
+            durations::TITLE,
+            durations::by_model_and_size(&reproduction.outcome.records).to_text()
+        );
+    }
     let seconds = &reproduction.outcome.seconds;
     println!(
         "This run: data set {:.1} s, cells {:.1} s.",
@@ -139,7 +142,11 @@ fn update(path: &Path, reproduction: &Reproduction) -> anyhow::Result<ExitCode> 
 }
 
 fn list() -> anyhow::Result<ExitCode> {
-    for experiment in Experiment::all()? {
+    let all = Catalogue::all()?;
+    for experiment in &all.data {
+        println!("{:8} {}", experiment.name, experiment.title);
+    }
+    for experiment in &all.one {
         println!("{:8} {}", experiment.name, experiment.title);
         for (profile, scope) in &experiment.profile {
             let (loads, n_cells) = (scope.loads.len(), experiment.cells(scope).len());

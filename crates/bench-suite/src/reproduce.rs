@@ -3,7 +3,11 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use crate::catalogue::Catalogue;
 use crate::cell::Cell;
+use crate::data_figures::page;
+use crate::data_figures::section::Section;
+use crate::data_figures::spec::DataExperiment;
 use crate::error::BenchError;
 use crate::manifest::Manifest;
 use crate::report::averages::{self, Averages};
@@ -54,7 +58,8 @@ pub struct Reproduction {
 /// `UnknownName` if the request names an experiment that does not exist; `Io` if a file cannot be
 /// written; the errors of [`run`].
 pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
-    let experiments = scoped(request)?;
+    let catalogue = Catalogue::named(&request.only)?;
+    let experiments = scoped(catalogue.one, request)?;
     let cells: BTreeSet<Cell> = experiments
         .iter()
         .flat_map(|(experiment, scope)| experiment.cells(scope))
@@ -62,6 +67,7 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let store = Store::open(request.output.join("cells").join(MEASURED_BY))?;
 
     let mut manifest = Manifest::start(request.command.clone(), request.n_threads);
+    let about_data = page::sections(&catalogue.data)?;
     let outcome = run(&cells, &store, request.reuse, request.n_threads)?;
     manifest.n_reused = outcome.n_reused;
     manifest.n_computed = outcome.records.len() - outcome.n_reused;
@@ -69,7 +75,19 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
 
     let averages = Averages::of(&outcome.records);
     let mut files = Files::default();
-    let (table, found) = report(&experiments, &averages, &outcome, &manifest, &mut files)?;
+    let mut page = Page::titled("The chapter's tables and figures");
+    page.command(&manifest.command);
+    page.prose(&origin(&manifest, &outcome));
+    let mut found = data_part(&about_data, &mut page, &mut files);
+    let mut table = None;
+    if !experiments.is_empty() {
+        let (text, claims) = cells_part(&experiments, &averages, &outcome, &mut page, &mut files)?;
+        table = text;
+        found.extend(claims);
+    }
+    files.add("report.md", page.into_text());
+    let text = toml::to_string(&manifest).map_err(|e| BenchError::malformed("manifest.toml", e))?;
+    files.add("manifest.toml", text);
     let name = manifest.directory_name(request.profile.name());
     Ok(Reproduction {
         directory: files.write(&request.output, &name)?,
@@ -80,8 +98,11 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     })
 }
 
-fn scoped(request: &Request) -> Result<Vec<(Experiment, Scope)>, BenchError> {
-    Experiment::named(&request.only)?
+fn scoped(
+    experiments: Vec<Experiment>,
+    request: &Request,
+) -> Result<Vec<(Experiment, Scope)>, BenchError> {
+    experiments
         .into_iter()
         .map(|experiment| {
             let scope = experiment.scope(request.profile, &request.selection)?;
@@ -92,17 +113,31 @@ fn scoped(request: &Request) -> Result<Vec<(Experiment, Scope)>, BenchError> {
 
 type Findings = Vec<(String, Vec<String>)>;
 
-/// All files of a report; the table and the findings once more for the terminal.
-fn report(
+/// Sections and files about the data; the findings once more for the terminal.
+fn data_part(
+    sections: &[(&DataExperiment, Section)],
+    page: &mut Page,
+    files: &mut Files,
+) -> Findings {
+    let mut found = Findings::new();
+    for (experiment, section) in sections {
+        page::write(page, experiment, section);
+        for (name, contents) in &section.files {
+            files.add(name, contents.clone());
+        }
+        found.push((experiment.title.clone(), page::sentences(section)));
+    }
+    found
+}
+
+/// Sections and files of the experiments made of cells; the table and the findings once more for the terminal.
+fn cells_part(
     experiments: &[(Experiment, Scope)],
     averages: &Averages,
     outcome: &RunOutcome,
-    manifest: &Manifest,
+    page: &mut Page,
     files: &mut Files,
 ) -> Result<(Option<TextTable>, Findings), BenchError> {
-    let mut page = Page::titled("One context: section 3.4 of the chapter");
-    page.command(&manifest.command);
-    page.prose(&origin(manifest, outcome));
     let mut table = None;
     let mut found = Findings::new();
 
@@ -115,8 +150,8 @@ fn report(
                 found.extend(checks);
                 table = Some(text);
             }
-            "fig08" => found.extend(fig08_part(scope, outcome, &mut page, files)?),
-            _ => fig07_part(experiment, scope, averages, &mut page, files)?,
+            "fig08" => found.extend(fig08_part(scope, outcome, page, files)?),
+            _ => fig07_part(experiment, scope, averages, page, files)?,
         }
         page.prose(&experiment.text.analysis);
     }
@@ -135,12 +170,9 @@ fn report(
     page.section("Every average");
     page.table(&table3::all_averages(averages));
 
-    files.add("report.md", page.into_text());
     files.add("averages.csv", averages::write_table(averages));
     files.add("cells.csv", records_csv::cells(&outcome.records));
     files.add("seconds.csv", records_csv::seconds(&outcome.records));
-    let text = toml::to_string(manifest).map_err(|e| BenchError::malformed("manifest.toml", e))?;
-    files.add("manifest.toml", text);
     Ok((table, found))
 }
 
@@ -242,11 +274,11 @@ fn origin(manifest: &Manifest, outcome: &RunOutcome) -> String {
 
 /// Files of a report, kept in memory until all of them exist.
 #[derive(Default)]
-struct Files(Vec<(&'static str, Vec<u8>)>);
+struct Files(Vec<(String, Vec<u8>)>);
 
 impl Files {
-    fn add(&mut self, name: &'static str, contents: impl Into<Vec<u8>>) {
-        self.0.push((name, contents.into()));
+    fn add(&mut self, name: &str, contents: impl Into<Vec<u8>>) {
+        self.0.push((name.to_string(), contents.into()));
     }
 
     /// Writes everything into a new directory, which appears only when it is complete.

@@ -19,7 +19,7 @@ fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
     let cases: [(&[&str], &str); 6] = [
         (
             &["reproduce-paper", "--only", "fig70"],
-            "unknown experiment \"fig70\"; known: table3, fig07",
+            "unknown experiment \"fig70\"; known: fig02, table1, fig03",
         ),
         (
             &["reproduce-paper", "--joints", "7"],

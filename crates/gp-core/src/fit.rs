@@ -24,7 +24,8 @@ pub enum Starts {
 }
 
 impl Starts {
-    fn kinds(self) -> &'static [StartKind] {
+    /// The variations of eq. (22) that it stands for, in the order tried.
+    pub fn kinds(self) -> &'static [StartKind] {
         match self {
             Self::Chapter => &[StartKind::Chapter],
             Self::Several => &[

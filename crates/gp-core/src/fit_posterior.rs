@@ -39,7 +39,12 @@ impl<C: Covariance> FitPosterior<C> {
     }
 
     /// As [`FitPosterior::new`], with the error bound of the likelihood by the same factor.
-    pub(crate) fn with_error_bound(
+    ///
+    /// # Errors
+    /// As for [`FitPosterior::new`].
+    /// # Panics
+    /// As for [`FitPosterior::new`].
+    pub fn with_error_bound(
         covariance: C,
         noise_std: f64,
         x: MatRef<'_, f64>,

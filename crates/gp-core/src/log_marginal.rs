@@ -1,6 +1,8 @@
 //! The log marginal likelihood of eq. (8) and its gradient.
 
-use faer::MatRef;
+use std::mem;
+
+use faer::{Mat, MatRef};
 use kernels::Covariance;
 
 use crate::data::{require_noise, require_training_data};
@@ -8,7 +10,7 @@ use crate::dense::Dense;
 use crate::error::GpError;
 use crate::evidence::{Evaluation, LikelihoodOptions, Method, MethodUsed};
 use crate::low_rank::LowRank;
-use crate::pivoted::{Extent, PivotedCholesky};
+use crate::pivoted::{Extent, PivotedCholesky, rows};
 
 /// Log marginal likelihood of the targets under a zero-mean Gaussian process.
 ///
@@ -76,6 +78,9 @@ const SMALLEST: usize = 128;
 /// Measured: at n = 400 and 1004 both paths take equal time near 0.28 n.
 const LARGEST_RANK: f64 = 0.25;
 
+/// Samples whose likelihood shows which pivots all samples need.
+const SAMPLE: usize = 512;
+
 /// Rounds of tightening before a certificate is given up.
 const MAX_ROUNDS: usize = 4;
 
@@ -96,8 +101,22 @@ pub struct LogMarginal<'a> {
     pivots: Vec<usize>,
     /// σ² max(1/σ², |α̂|²) of the evaluation before.
     sensitivity: f64,
+    /// Memory for Φ.
+    buffer: Mat<f64>,
     /// α̂ of the low-rank path; empty where the last evaluation was dense.
     low_rank_alpha: Vec<f64>,
+}
+
+/// One of each of `count` stretches of equal length, at a place that never repeats, so
+/// that a pattern in the order of the samples does not show.
+fn sample_rows(n: usize, count: usize) -> Vec<usize> {
+    (0..count)
+        .map(|idx| {
+            let (first, end) = (idx * n / count, (idx + 1) * n / count);
+            // Multiples of the golden ratio, with 16 bits of fraction.
+            first + ((idx * 40_503) % 65_536) * (end - first) / 65_536
+        })
+        .collect()
 }
 
 impl<'a> LogMarginal<'a> {
@@ -114,6 +133,7 @@ impl<'a> LogMarginal<'a> {
             dense: Dense::new(),
             pivots: Vec::new(),
             sensitivity: 1.0,
+            buffer: Mat::new(),
             low_rank_alpha: Vec::new(),
         }
     }
@@ -161,12 +181,14 @@ impl<'a> LogMarginal<'a> {
         let evaluation = if let Some(low_rank) = self.low_rank(covariance, noise_std)? {
             low_rank.gradient(covariance, self.x, gradient);
             self.low_rank_alpha = low_rank.alpha().to_vec();
-            Evaluation {
+            let evaluation = Evaluation {
                 log_marginal_likelihood: low_rank.log_marginal(),
                 error_bound: low_rank.error_bound(),
                 method: MethodUsed::Certified,
                 rank: low_rank.pivoted().rank(),
-            }
+            };
+            self.buffer = low_rank.into_pivoted().into_buffer();
+            evaluation
         } else {
             let (x, targets) = (self.x, self.targets);
             self.low_rank_alpha.clear();
@@ -220,9 +242,14 @@ impl<'a> LogMarginal<'a> {
         max_rank: usize,
     ) -> Result<Option<LowRank>, GpError> {
         let (x, noise_var) = (self.x, noise_std * noise_std);
-        let trace_for = |sensitivity: f64| 2.0 * self.options.certificate / sensitivity;
+        let certificate = self.options.certificate;
+        let trace_for = |sensitivity: f64| 2.0 * certificate / sensitivity;
+        if self.pivots.is_empty() {
+            self.learn_from_sample(covariance, noise_std);
+        }
         let mut target = trace_for(self.sensitivity / noise_var);
-        let mut pivoted = PivotedCholesky::empty(covariance, x);
+        let mut pivoted =
+            PivotedCholesky::empty(covariance, x, mem::replace(&mut self.buffer, Mat::new()));
         pivoted.seed(covariance, x, &self.pivots);
         for round in 0..MAX_ROUNDS {
             let extent = pivoted.extend(covariance, x, target, max_rank);
@@ -236,7 +263,7 @@ impl<'a> LogMarginal<'a> {
             }
             let low_rank = LowRank::new(pivoted, noise_std, self.targets)?;
             self.sensitivity = noise_var * low_rank.sensitivity();
-            let is_certified = low_rank.truncation_bound() <= self.options.certificate;
+            let is_certified = low_rank.truncation_bound() <= certificate;
             if is_certified || extent != Extent::Reached || round + 1 == MAX_ROUNDS {
                 return Ok(Some(low_rank));
             }
@@ -246,6 +273,32 @@ impl<'a> LogMarginal<'a> {
         Ok(None)
     }
 
+    /// Pivots and sensitivity to begin with, from the likelihood of a few of the samples.
+    ///
+    /// With a part p of the samples, tr E and |α̂|² are about p times those of all, so that a
+    /// certificate of p² times the wanted one asks for the same pivots.
+    fn learn_from_sample<C: Covariance>(&mut self, covariance: &C, noise_std: f64) {
+        let n = self.targets.len();
+        if n < 3 * SAMPLE {
+            return;
+        }
+        let indices = sample_rows(n, SAMPLE.max(n / 8));
+        let part = indices.len() as f64 / n as f64;
+        let x = rows(self.x, &indices);
+        let targets: Vec<f64> = indices.iter().map(|&idx| self.targets[idx]).collect();
+        let options = LikelihoodOptions {
+            method: Method::Certified,
+            certificate: self.options.certificate * part * part,
+        };
+        let mut sample = LogMarginal::new(x.as_ref(), &targets, options);
+        // Where it fails or needs too many pivots, those it found are as good a beginning.
+        let found = sample.certified(covariance, noise_std, indices.len() / 3);
+        if matches!(found, Ok(Some(_))) {
+            self.sensitivity = (sample.sensitivity / part).max(1.0);
+        }
+        self.pivots = sample.pivots.iter().map(|&idx| indices[idx]).collect();
+    }
+
     fn require_finite(&self, value: f64) -> Result<(), GpError> {
         if value.is_finite() {
             return Ok(());
@@ -253,5 +306,30 @@ impl<'a> LogMarginal<'a> {
         Err(GpError::NonFiniteLikelihood {
             n_samples: self.targets.len(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sample_takes_one_row_of_each_stretch_and_no_pattern_of_them() {
+        for (n, count) in [(1536, 512), (4000, 512), (56_000, 7000), (10, 10)] {
+            let rows = sample_rows(n, count);
+            assert_eq!(rows.len(), count);
+            for (idx, row) in rows.iter().enumerate() {
+                assert!((idx * n / count..(idx + 1) * n / count).contains(row));
+            }
+        }
+        // Data in a cycle of 8: every phase is seen about equally often.
+        let mut phases = [0; 8];
+        for row in sample_rows(4096, 512) {
+            phases[row % 8] += 1;
+        }
+        assert!(
+            phases.iter().all(|count| (60..=68).contains(count)),
+            "{phases:?}"
+        );
     }
 }

@@ -33,13 +33,14 @@
 use std::f64::consts::PI;
 
 use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
-use faer::{Accum, ColMut, Mat, MatRef, Par};
+use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par, RowRef};
 use kernels::Covariance;
 
 use crate::error::GpError;
 use crate::orthogonal::Orthogonal;
-use crate::pivoted::{PivotedCholesky, rows};
+use crate::pivoted::{PivotedCholesky, row_blocks, rows};
 
 /// A zero-mean process with covariance ΦΦᵀ + σ²I, conditioned on targets.
 #[derive(Debug, Clone)]
@@ -61,7 +62,7 @@ impl LowRank {
     /// [`GpError::NotPositiveDefinite`] if ΦᵀΦ + σ²I has no factor in double precision.
     pub fn new(pivoted: PivotedCholesky, noise_std: f64, targets: &[f64]) -> Result<Self, GpError> {
         let orthogonal = Orthogonal::new(pivoted.phi(), noise_std)?;
-        let (mut alpha, mut weights) = orthogonal.project_out(targets);
+        let (mut alpha, mut weights) = orthogonal.project_out(pivoted.phi(), targets);
         let noise_var = noise_std * noise_std;
         for value in &mut alpha {
             *value /= noise_var;
@@ -146,7 +147,7 @@ impl LowRank {
     /// ```text
     /// Q = ½(α̂α̂ᵀ − A⁻¹),  W = K_nP K_PP⁻¹ = Φ L_P⁻¹
     /// ∂ log p̂ = Σ (2QW) ∘ ∂K_nP − Σ (WᵀQW) ∘ ∂K_PP,   ∂/∂σ log p̂ = 2σ tr Q
-    /// 2QW  = α̂βᵀ − Q₁Sᵀ,         β = L_P⁻ᵀg,  S = L_P⁻ᵀR⁻¹
+    /// 2QW  = α̂βᵀ − Q₁Sᵀ = α̂βᵀ − B (T⁻¹Sᵀ),   β = L_P⁻ᵀg,  S = L_P⁻ᵀR⁻¹
     /// WᵀQW = ½(ββᵀ − (L_P⁻ᵀ ΦᵀΦ R⁻¹) Sᵀ)
     /// ```
     /// # Panics
@@ -165,11 +166,10 @@ impl LowRank {
         if r > 0 {
             let x_p = rows(x, self.pivoted.pivots());
             let beta = self.beta();
-            let mut s = r_inv.clone(); // (r, r)
+            let mut s = r_inv.clone(); // (r, r), upper
             self.solve_l_p_transposed(&mut s);
             let of_theta = &mut gradient[..n_params];
-            let of_columns = self.adjoint_of_columns(&s, &beta);
-            covariance.cross_adjoint(x, x_p.as_ref(), of_columns.as_ref(), of_theta);
+            self.add_adjoint_of_columns(covariance, x, x_p.as_ref(), &s, &beta, of_theta);
             let of_block = self.adjoint_of_block(&s, &r_inv, &beta);
             covariance.gram_adjoint(x_p.as_ref(), of_block.as_ref(), of_theta);
         }
@@ -195,31 +195,53 @@ impl LowRank {
         self.orthogonal.r()
     }
 
-    /// 2QW, (n, r).
-    fn adjoint_of_columns(&self, s: &Mat<f64>, beta: &[f64]) -> Mat<f64> {
-        let (n, r) = (self.alpha.len(), beta.len());
-        let mut adjoint = Mat::zeros(n, r);
-        for (col, beta) in beta.iter().enumerate() {
-            for (target, alpha) in adjoint.col_as_slice_mut(col).iter_mut().zip(&self.alpha) {
-                *target = alpha * beta;
-            }
+    /// Adds Σ (2QW) ∘ ∂K_nP to the gradient, some rows of 2QW at a time.
+    fn add_adjoint_of_columns<C: Covariance>(
+        &self,
+        covariance: &C,
+        x: MatRef<'_, f64>,
+        x_p: MatRef<'_, f64>,
+        s: &Mat<f64>,
+        beta: &[f64],
+        gradient: &mut [f64],
+    ) {
+        let mut weights = s.transpose().to_owned(); // T⁻¹Sᵀ, (r, r)
+        solve_upper_triangular_in_place(self.orthogonal.triangle(), weights.as_mut(), Par::Seq);
+        let basis = self.orthogonal.top(self.pivoted.phi());
+        let longest = row_blocks(x.nrows()).next().map_or(0, |block| block.len());
+        let mut buffer = Mat::zeros(longest, beta.len()); // (rows, r)
+        for block in row_blocks(x.nrows()) {
+            let (first, count) = (block.start, block.len());
+            let mut adjoint = buffer.as_mut().subrows_mut(0, count);
+            let alpha = ColRef::from_slice(&self.alpha[block]).as_mat();
+            let beta = RowRef::from_slice(beta).as_mat();
+            matmul(adjoint.as_mut(), Accum::Replace, alpha, beta, 1.0, Par::Seq);
+            let basis = basis.subrows(first, count);
+            matmul(
+                adjoint.as_mut(),
+                Accum::Add,
+                basis,
+                &weights,
+                -1.0,
+                Par::Seq,
+            );
+            covariance.cross_adjoint(x.subrows(first, count), x_p, adjoint.as_ref(), gradient);
         }
-        matmul(
-            adjoint.as_mut(),
-            Accum::Add,
-            self.orthogonal.q1(),
-            s.transpose(),
-            -1.0,
-            Par::Seq,
-        );
-        adjoint
     }
 
     /// −WᵀQW, (r, r), symmetric.
+    ///
+    /// Not by ΦᵀA⁻¹Φ = I − σ²(RᵀR)⁻¹, which cancels where a column of Φ is below σ.
     fn adjoint_of_block(&self, s: &Mat<f64>, r_inv: &Mat<f64>, beta: &[f64]) -> Mat<f64> {
-        let mut half = product(self.orthogonal.gram().as_ref(), r_inv.as_ref()); // ΦᵀΦR⁻¹
+        let (rectangular, upper, lower) = (
+            BlockStructure::Rectangular,
+            BlockStructure::TriangularUpper,
+            BlockStructure::TriangularLower,
+        );
+        let gram = self.orthogonal.gram();
+        let mut half = product((gram, rectangular), (r_inv.as_ref(), upper)); // ΦᵀΦR⁻¹
         self.solve_l_p_transposed(&mut half);
-        let product = product(half.as_ref(), s.transpose()); // WᵀA⁻¹W
+        let product = product((half.as_ref(), rectangular), (s.transpose(), lower)); // WᵀA⁻¹W
         Mat::from_fn(beta.len(), beta.len(), |row, col| {
             let mean = 0.5 * (product[(row, col)] + product[(col, row)]);
             0.5 * (mean - beta[row] * beta[col])
@@ -244,15 +266,28 @@ pub(crate) fn rounding_of_entries(n: usize, largest: f64, noise_var: f64, alpha_
     f64::EPSILON * largest * (n as f64 / noise_var).max(alpha_sq)
 }
 
-/// a b
-fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+/// a b of square matrices, of which only the named parts are read.
+fn product(
+    (a, of_a): (MatRef<'_, f64>, BlockStructure),
+    (b, of_b): (MatRef<'_, f64>, BlockStructure),
+) -> Mat<f64> {
     let mut out = Mat::zeros(a.nrows(), b.ncols());
-    matmul(out.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
+    triangular::matmul(
+        out.as_mut(),
+        BlockStructure::Rectangular,
+        Accum::Replace,
+        a,
+        of_a,
+        b,
+        of_b,
+        1.0,
+        Par::Seq,
+    );
     out
 }
 
 fn squared_norm(values: &[f64]) -> f64 {
-    values.iter().map(|value| value * value).sum()
+    ColRef::from_slice(values).squared_norm_l2()
 }
 
 #[cfg(test)]
@@ -271,7 +306,7 @@ mod tests {
         let (noise_std, of_covariance) = theta.split_last().unwrap();
         let mut covariance = TorqueCovariance::unit(1, TorqueForm::Coulomb);
         covariance.set_params(of_covariance);
-        let mut pivoted = PivotedCholesky::empty(&covariance, x.as_ref());
+        let mut pivoted = PivotedCholesky::empty(&covariance, x.as_ref(), Mat::new());
         pivoted.seed(&covariance, x.as_ref(), pivots);
         assert_eq!(pivoted.rank(), pivots.len());
         let low_rank = LowRank::new(pivoted, *noise_std, &targets).unwrap();

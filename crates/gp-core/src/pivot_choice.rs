@@ -1,6 +1,7 @@
 //! Which of a few candidates become pivots: a small Cholesky factorisation with pivoting.
 
-use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, ColMut, Mat, MatRef, Par};
 
 /// The pivots chosen, with the factor of their block.
 pub(crate) struct Choice {
@@ -16,19 +17,23 @@ pub(crate) struct Choice {
 /// the first that is not above `fraction` of the first.
 /// A pivot that is NaN is never chosen.
 /// # Source
-/// Golub & Van Loan 2013, algorithm 4.2.2 (outer product with pivoting).
+/// Golub & Van Loan 2013, algorithm 4.2.2 (pivoting), with the columns made when they are needed
+/// (algorithm 4.2.1, gaxpy).
 pub(crate) fn choose_pivots(
-    mut schur: Mat<f64>,
+    schur: MatRef<'_, f64>,
     max_count: usize,
     floor: f64,
     fraction: f64,
 ) -> Choice {
     let m = schur.nrows();
-    let mut left: Vec<usize> = (0..m).collect();
+    let max_count = max_count.min(m);
+    // What is left of the diagonal; −∞ where a pivot has been taken.
+    let mut left: Vec<f64> = (0..m).map(|idx| schur[(idx, idx)]).collect();
+    let mut columns = Mat::zeros(m, max_count); // of the factor, rows not permuted
     let mut order = Vec::new();
     let mut threshold = floor;
-    while order.len() < max_count.min(m) {
-        let Some((place, pivot)) = largest(&schur, &left) else {
+    while order.len() < max_count {
+        let Some((idx, pivot)) = largest(&left) else {
             break;
         };
         if pivot <= threshold {
@@ -37,15 +42,28 @@ pub(crate) fn choose_pivots(
         if order.is_empty() {
             threshold = floor.max(fraction * pivot);
         }
-        let idx = left.swap_remove(place);
+        let (done, mut rest) = columns.as_mut().split_at_col_mut(order.len());
+        let column = rest.as_mut().col_mut(0).try_as_col_major_mut();
+        let column = column.expect("a matrix is column-major").as_slice_mut();
+        column.copy_from_slice(
+            schur
+                .col(idx)
+                .try_as_col_major()
+                .expect("as above")
+                .as_slice(),
+        );
+        subtract_earlier(done.as_ref(), idx, column);
+        scale_by_pivot(column, idx, pivot);
+        for (left, value) in left.iter_mut().zip(&*column) {
+            *left -= value * value;
+        }
+        left[idx] = f64::NEG_INFINITY;
         order.push(idx);
-        eliminate(&mut schur, idx, pivot, &left);
     }
 
-    // Column idx of `schur` now holds the column of the factor for pivot idx.
     let l = Mat::from_fn(order.len(), order.len(), |row, col| {
         if row >= col {
-            schur[(order[row], order[col])]
+            columns[(order[row], col)]
         } else {
             0.0
         }
@@ -53,38 +71,36 @@ pub(crate) fn choose_pivots(
     Choice { order, l }
 }
 
-/// Place in `left` of the largest diagonal entry, the earliest sample of equals.
-fn largest(schur: &Mat<f64>, left: &[usize]) -> Option<(usize, f64)> {
+/// The largest finite value, the earliest of equals.
+fn largest(left: &[f64]) -> Option<(usize, f64)> {
     let mut best: Option<(usize, f64)> = None;
-    for (place, &idx) in left.iter().enumerate() {
-        let value = schur[(idx, idx)];
-        let is_better = best.is_none_or(|(at, size)| {
-            value > size || (value.total_cmp(&size).is_eq() && idx < left[at])
-        });
-        if value.is_finite() && is_better {
-            best = Some((place, value));
+    for (idx, &value) in left.iter().enumerate() {
+        if value.is_finite() && best.is_none_or(|(_, size)| value > size) {
+            best = Some((idx, value));
         }
     }
     best
 }
 
-/// Scales column `pivot_idx` by its pivot and subtracts its outer product from what is left.
-fn eliminate(schur: &mut Mat<f64>, pivot_idx: usize, pivot: f64, left: &[usize]) {
+/// column −= Σ_k L_k L_(idx, k) over the columns made before.
+fn subtract_earlier(done: MatRef<'_, f64>, idx: usize, column: &mut [f64]) {
+    matmul(
+        ColMut::from_slice_mut(column),
+        Accum::Add,
+        done,
+        done.row(idx).transpose(),
+        -1.0,
+        Par::Seq,
+    );
+}
+
+/// Divides the column by the root of its pivot, and makes the pivot exact.
+fn scale_by_pivot(column: &mut [f64], idx: usize, pivot: f64) {
     let root = pivot.sqrt();
-    let mut column = schur.col_as_slice(pivot_idx).to_vec();
-    column[pivot_idx] = root;
-    for &idx in left {
-        column[idx] /= root;
+    for value in column.iter_mut() {
+        *value /= root;
     }
-    for &idx in left {
-        let factor = column[idx];
-        let target = schur.col_as_slice_mut(idx);
-        // Rows already chosen are not read again, so whole columns are updated.
-        for (target, value) in target.iter_mut().zip(&column) {
-            *target -= factor * value;
-        }
-    }
-    schur.col_as_slice_mut(pivot_idx).copy_from_slice(&column);
+    column[idx] = root;
 }
 
 #[cfg(test)]
@@ -96,18 +112,18 @@ mod tests {
     fn largest_pivots_come_first_and_their_block_is_factorised() {
         let k = mat![[4.0, 2.0, 0.0], [2.0, 9.0, 3.0], [0.0, 3.0, 1.0]];
         // Pivots 9, then 4 − 4/9 = 32/9; the third is 1 − 1 − (2/3)²/(32/9) < 0.
-        let choice = choose_pivots(k.clone(), 3, 0.0, 0.0);
+        let choice = choose_pivots(k.as_ref(), 3, 0.0, 0.0);
         assert_eq!(choice.order, [1, 0]);
         let back = &choice.l * choice.l.transpose();
         assert!((back[(0, 0)] - 9.0).abs() < 1e-14 && (back[(1, 1)] - 4.0).abs() < 1e-14);
         assert!((back[(1, 0)] - 2.0).abs() < 1e-14);
-        assert_eq!(choose_pivots(k.clone(), 3, 0.0, 0.5).order, [1]);
-        assert_eq!(choose_pivots(k, 3, 10.0, 0.0).order, []);
+        assert_eq!(choose_pivots(k.as_ref(), 3, 0.0, 0.5).order, [1]);
+        assert_eq!(choose_pivots(k.as_ref(), 3, 10.0, 0.0).order, []);
     }
 
     #[test]
     fn no_pivot_is_not_a_number() {
         let k = mat![[f64::NAN, f64::NAN], [f64::NAN, f64::NAN]];
-        assert_eq!(choose_pivots(k, 2, 0.0, 0.0).order, []);
+        assert_eq!(choose_pivots(k.as_ref(), 2, 0.0, 0.0).order, []);
     }
 }

@@ -10,15 +10,26 @@
 //! Source: Harbrecht, Peters & Schneider 2012, Applied Numerical Mathematics 62,
 //! pp. 428–440, algorithm 1; here with several pivots chosen at a time.
 
+use std::ops::Range;
+
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use kernels::Covariance;
 
 use crate::pivot_choice::choose_pivots;
 
 /// Pivots that are added together at most.
 const BLOCK: usize = 24;
+
+/// Earlier pivots that are taken together.
+const SEED_BLOCK: usize = 96;
+
+/// Rows of Φ that are worked on together: 64 columns of them are 256 kB.
+const ROWS: usize = 512;
+
+/// Columns for which memory is asked at first; what is not written is not used.
+const FIRST_COLUMNS: usize = 96;
 
 /// Samples among which the pivots of a block are chosen: the worst of each stretch of data.
 const CANDIDATES: usize = 96;
@@ -48,6 +59,8 @@ pub(crate) struct PivotedCholesky {
     pivots: Vec<usize>,
     /// (n, r)
     phi: Mat<f64>,
+    /// Columns for which there is room in Φ, at least.
+    columns: usize,
     /// (r, r), lower; zero above.
     l_p: Mat<f64>,
     /// Diagonal of E, (n,); rounding may take an entry slightly below zero.
@@ -58,11 +71,16 @@ pub(crate) struct PivotedCholesky {
 
 impl PivotedCholesky {
     /// The factor without pivots: E = K.
-    pub fn empty<C: Covariance>(covariance: &C, x: MatRef<'_, f64>) -> Self {
+    ///
+    /// `buffer` is memory for Φ, of any shape; what it holds is lost.
+    pub fn empty<C: Covariance>(covariance: &C, x: MatRef<'_, f64>, mut buffer: Mat<f64>) -> Self {
         let residual = covariance.diag(x);
+        buffer.truncate(0, 0);
+        buffer.resize_with(x.nrows(), 0, |_, _| 0.0);
         Self {
             pivots: Vec::new(),
-            phi: Mat::zeros(x.nrows(), 0),
+            phi: buffer,
+            columns: 0,
             l_p: Mat::new(),
             trace: residual.iter().sum(),
             largest: residual.iter().copied().fold(0.0, f64::max),
@@ -116,7 +134,14 @@ impl PivotedCholesky {
 
     /// Takes the pivots of an earlier factor, as far as they still add something.
     pub fn seed<C: Covariance>(&mut self, covariance: &C, x: MatRef<'_, f64>, seeds: &[usize]) {
-        self.append(covariance, x, seeds, seeds.len(), 0.0);
+        for block in seeds.chunks(SEED_BLOCK) {
+            self.append(covariance, x, block, block.len(), 0.0);
+        }
+    }
+
+    /// Gives the memory of Φ back.
+    pub fn into_buffer(self) -> Mat<f64> {
+        self.phi
     }
 
     /// Adds pivots until tr E is within `target`.
@@ -150,7 +175,7 @@ impl PivotedCholesky {
         let mut rank = self.rank();
         while rank > 0 {
             let column = self.phi.col_as_slice(rank - 1);
-            let with_column = trace + column.iter().map(|v| v * v).sum::<f64>();
+            let with_column = trace + self.phi.col(rank - 1).squared_norm_l2();
             if !matches!(
                 with_column.partial_cmp(&target),
                 Some(std::cmp::Ordering::Less)
@@ -165,8 +190,8 @@ impl PivotedCholesky {
         }
         if rank < self.rank() {
             self.pivots.truncate(rank);
-            self.phi = self.phi.subcols(0, rank).to_owned();
-            self.l_p = self.l_p.submatrix(0, 0, rank, rank).to_owned();
+            self.phi.truncate(self.residual.len(), rank);
+            self.l_p.truncate(rank, rank);
         }
     }
 
@@ -201,58 +226,62 @@ impl PivotedCholesky {
         // The Schur complement K_cc − Φ_c Φ_cᵀ of the candidates.
         let phi_c = rows(self.phi(), candidates); // (m, r)
         let mut schur = covariance.gram(rows(x, candidates).as_ref()); // (m, m)
-        subtract_product(&mut schur, phi_c.as_ref(), phi_c.as_ref());
+        subtract_product(schur.as_mut(), phi_c.as_ref(), phi_c.as_ref());
         let floor = PIVOT_NOISE * self.largest;
-        let choice = choose_pivots(schur, max_count, floor, worth_taking);
+        let choice = choose_pivots(schur.as_ref(), max_count, floor, worth_taking);
         let added = choice.order.len();
-        if added == 0 {
-            return 0;
+        if added > 0 {
+            let chosen = choice.order.iter().map(|&idx| candidates[idx]).collect();
+            self.grow(covariance, x, chosen, choice.l.as_ref());
         }
-
-        // Φ_new = (K_nc − Φ Φ_cᵀ) L_c⁻ᵀ
-        let chosen: Vec<usize> = choice.order.iter().map(|&idx| candidates[idx]).collect();
-        let phi_c = rows(self.phi(), &chosen); // (k, r)
-        let mut phi_new = covariance.cross(x, rows(x, &chosen).as_ref()); // (n, k)
-        subtract_product(&mut phi_new, self.phi(), phi_c.as_ref());
-        solve_lower_triangular_in_place(
-            choice.l.as_ref(),
-            phi_new.as_mut().transpose_mut(),
-            Par::Seq,
-        );
-        for col in 0..added {
-            for (residual, value) in self.residual.iter_mut().zip(phi_new.col_as_slice(col)) {
-                *residual -= value * value;
-            }
-        }
-        self.grow(chosen, phi_new, &phi_c, &choice.l);
         added
     }
 
-    /// Φ ← [Φ Φ_new],  L_P ← [L_P 0; Φ_c L_c].
-    fn grow(&mut self, chosen: Vec<usize>, phi_new: Mat<f64>, phi_c: &Mat<f64>, l_c: &Mat<f64>) {
-        let (n, old, added) = (phi_new.nrows(), self.rank(), chosen.len());
+    /// Φ ← [Φ Φ_new] with Φ_new = (K_nc − Φ Φ_cᵀ) L_c⁻ᵀ,  L_P ← [L_P 0; Φ_c L_c].
+    fn grow<C: Covariance>(
+        &mut self,
+        covariance: &C,
+        x: MatRef<'_, f64>,
+        chosen: Vec<usize>,
+        l_c: MatRef<'_, f64>,
+    ) {
+        let (n, old, added) = (x.nrows(), self.rank(), chosen.len());
         let rank = old + added;
-        let mut l_p = Mat::zeros(rank, rank);
-        l_p.as_mut()
-            .submatrix_mut(0, 0, old, old)
-            .copy_from(&self.l_p);
-        l_p.as_mut()
-            .submatrix_mut(old, 0, added, old)
-            .copy_from(phi_c);
-        l_p.as_mut()
-            .submatrix_mut(old, old, added, added)
-            .copy_from(l_c);
-        self.l_p = l_p;
-        self.phi = if old == 0 {
-            phi_new
-        } else {
-            let mut phi = Mat::zeros(n, rank);
-            phi.as_mut().subcols_mut(0, old).copy_from(&self.phi);
-            phi.as_mut().subcols_mut(old, added).copy_from(&phi_new);
-            phi
-        };
+        let x_c = rows(x, &chosen); // (k, d)
+        let phi_c = rows(self.phi(), &chosen); // (k, r)
+        self.reserve(n, rank);
+        self.phi.resize_with(n, rank, |_, _| 0.0);
+        for block in row_blocks(n) {
+            let (first, count) = (block.start, block.len());
+            let of_block = self.phi.as_mut().subrows_mut(first, count);
+            let (phi, mut phi_new) = of_block.split_at_col_mut(old);
+            covariance.add_cross(x.subrows(first, count), x_c.as_ref(), phi_new.as_mut());
+            subtract_product(phi_new.as_mut(), phi.as_ref(), phi_c.as_ref());
+            solve_lower_triangular_in_place(l_c, phi_new.as_mut().transpose_mut(), Par::Seq);
+            subtract_squares(&mut self.residual[block], phi_new.as_ref());
+        }
+
+        self.l_p.resize_with(rank, rank, |_, _| 0.0);
+        let mut new_rows = self.l_p.as_mut().subrows_mut(old, added);
+        new_rows.as_mut().subcols_mut(0, old).copy_from(&phi_c);
+        new_rows.subcols_mut(old, added).copy_from(l_c);
         self.pivots.extend(chosen);
     }
+
+    /// Makes room for `rank` columns at least, twice as many as before where it must move them.
+    fn reserve(&mut self, n: usize, rank: usize) {
+        if rank > self.columns {
+            self.columns = rank.max(2 * self.columns).max(FIRST_COLUMNS);
+            self.phi.reserve(n, self.columns);
+        }
+    }
+}
+
+/// Consecutive rows that are worked on together, so that what is made of them stays in cache.
+pub(crate) fn row_blocks(n: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..n)
+        .step_by(ROWS)
+        .map(move |first| first..n.min(first + ROWS))
 }
 
 /// Some rows of a matrix.
@@ -263,8 +292,23 @@ pub(crate) fn rows(matrix: MatRef<'_, f64>, indices: &[usize]) -> Mat<f64> {
 }
 
 /// out −= a bᵀ
-fn subtract_product(out: &mut Mat<f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+fn subtract_product(out: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
     if a.ncols() > 0 {
-        matmul(out.as_mut(), Accum::Add, a, b.transpose(), -1.0, Par::Seq);
+        matmul(out, Accum::Add, a, b.transpose(), -1.0, Par::Seq);
     }
+}
+
+/// Subtracts the squared norm of every row.
+fn subtract_squares(residual: &mut [f64], phi: MatRef<'_, f64>) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for col in phi.col_iter() {
+                let column = col.try_as_col_major().expect("Φ is column-major");
+                for (residual, value) in residual.iter_mut().zip(column.as_slice()) {
+                    *residual -= value * value;
+                }
+            }
+        },
+    );
 }

@@ -143,6 +143,22 @@ fn pivots_of_the_evaluation_before_change_the_value_within_its_bound() {
 }
 
 #[test]
+fn pivots_sought_among_a_part_of_the_samples_are_enough_for_all() {
+    // More samples than are searched, the two curves sample by sample and one after the other.
+    let x = curves::inputs(1800);
+    let sorted = Mat::from_fn(1800, 18, |row, col| x[(2 * (row % 900) + row / 900, col)]);
+    for x in [x, sorted] {
+        let (low, dense) = both(&curves::covariance(4.0), 0.03, &x, 1e-2);
+        let (low, dense) = (low.evaluation, dense.evaluation);
+        let difference = low.log_marginal_likelihood - dense.log_marginal_likelihood;
+        assert!(difference.abs() <= low.error_bound + dense.error_bound);
+        // What rounding may hide comes on top of the certificate, here 5e-4.
+        assert!(low.error_bound <= 1.1e-2, "{low:?}");
+        assert!(low.rank <= 100, "{low:?}");
+    }
+}
+
+#[test]
 fn automatic_choice_is_dense_where_the_rank_does_not_pay() {
     let automatic = |x: &Mat<f64>, stretch: f64| {
         let options = LikelihoodOptions::automatic();

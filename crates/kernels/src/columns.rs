@@ -30,16 +30,3 @@ pub fn for_each_column(matrix: MatRef<'_, f64>, mut visit: impl FnMut(usize, &[f
         }
     }
 }
-
-/// The sum of a slice, made in eight lanes so that the loop vectorises and rounds alike everywhere.
-pub(crate) fn sum_of(values: &[f64]) -> f64 {
-    let mut lanes = [0.0; 8];
-    let chunks = values.chunks_exact(8);
-    let rest: f64 = chunks.remainder().iter().sum();
-    for chunk in chunks {
-        for (lane, value) in lanes.iter_mut().zip(chunk) {
-            *lane += value;
-        }
-    }
-    lanes.iter().sum::<f64>() + rest
-}

@@ -2,10 +2,11 @@
 
 use faer::{MatMut, MatRef};
 
-use crate::columns::{column_mut, for_each_column, sum_of};
+use crate::columns::{column_mut, for_each_column};
 use crate::covariance::Covariance;
 use crate::crew::{Crew, column_panels};
 use crate::error::KernelError;
+use crate::lanes;
 use crate::params::{ParamLayout, Transform};
 use crate::positive::require_positive;
 
@@ -96,7 +97,7 @@ impl Covariance for Constant {
         let parts = Crew::at_hand(n).map(starts, |first| {
             let mut sum = 0.0;
             for_each_column(adjoint.subcols(first, PANEL.min(n - first)), |k, column| {
-                let below = sum_of(&column[first + k + 1..]);
+                let below = lanes::sum(&column[first + k + 1..]);
                 sum += column[first + k] + 2.0 * below;
             });
             sum
@@ -114,7 +115,7 @@ impl Covariance for Constant {
         assert_eq!((adjoint.nrows(), adjoint.ncols()), (x1.nrows(), x2.nrows()));
         assert_eq!(gradient.len(), 1);
         for_each_column(adjoint, |_, column| {
-            gradient[0] += 2.0 * self.bias_std * column.iter().sum::<f64>();
+            gradient[0] += 2.0 * self.bias_std * lanes::sum(column);
         });
     }
 }

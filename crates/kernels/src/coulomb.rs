@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatMut, MatRef};
 
-use crate::columns::for_each_column;
+use crate::columns::{column_mut, for_each_column};
 use crate::covariance::Covariance;
 use crate::error::KernelError;
 use crate::features;
@@ -12,6 +12,7 @@ use crate::positive::require_positive;
 /// Sign of a number, with sgn(0) = 0 for either zero.
 ///
 /// `f64::signum` gives ±1 at ±0, which would give friction to a joint at rest.
+#[inline]
 pub fn sgn(value: f64) -> f64 {
     if value > 0.0 {
         1.0
@@ -62,13 +63,24 @@ impl Coulomb {
             "x holds (q, qd, qdd) of each joint"
         );
         let mut signs = Mat::zeros(x.nrows(), n_joints);
-        for_each_column(x.subcols(n_joints, n_joints), |joint, velocities| {
-            for (sign, velocity) in signs.col_as_slice_mut(joint).iter_mut().zip(velocities) {
-                *sign = sgn(*velocity);
-            }
-        });
+        write_signs(x, n_joints, signs.as_mut());
         signs
     }
+}
+
+/// Fills `out` (n, ℓ) with sgn(q̇); x is (q, q̇, q̈).
+pub(crate) fn write_signs(x: MatRef<'_, f64>, n_joints: usize, mut out: MatMut<'_, f64>) {
+    for_each_column(x.subcols(n_joints, n_joints), |joint, velocities| {
+        let signs = column_mut(&mut out, joint);
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for (sign, velocity) in signs.iter_mut().zip(velocities) {
+                    *sign = sgn(*velocity);
+                }
+            },
+        );
+    });
 }
 
 impl Covariance for Coulomb {

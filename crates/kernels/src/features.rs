@@ -9,6 +9,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::columns::for_each_column;
 use crate::crew::{Crew, column_panels, row_panels};
+use crate::lanes::{dot, weighted_squares};
 
 /// Rows or columns of the Gram matrix that are worked on together.
 const PANEL: usize = 128;
@@ -50,19 +51,20 @@ pub(crate) fn add_gram(features: MatRef<'_, f64>, weights: &[f64], out: MatMut<'
     });
 }
 
-/// Adds Φ1 diag(w²) Φ2ᵀ to `out`.
+/// Adds Φ1 diag(w²) Φ2ᵀ to `out`; the first set is the longer one, if one is.
 pub(crate) fn add_cross(
     features1: MatRef<'_, f64>,
     features2: MatRef<'_, f64>,
     weights: &[f64],
     out: MatMut<'_, f64>,
 ) {
-    let scaled1 = weighted(features1, weights);
-    let scaled2 = weighted(features2, weights);
+    // All weights on the side that is usually the shorter.
+    let variances: Vec<f64> = weights.iter().map(|weight| weight * weight).collect();
+    let scaled2 = weighted(features2, &variances);
     matmul(
         out,
         Accum::Add,
-        scaled1.as_ref(),
+        features1,
         scaled2.transpose(),
         1.0,
         Par::Seq,
@@ -116,14 +118,10 @@ pub(crate) fn add_adjoint(
             Par::Seq,
         );
     });
+    let diagonal: Vec<f64> = (0..n).map(|row| adjoint[(row, row)]).collect();
     for_each_column(features, |col_idx, column| {
-        let product = below.col_as_slice(col_idx);
-        let quadratic: f64 = column
-            .iter()
-            .zip(product)
-            .enumerate()
-            .map(|(row, (feature, below))| feature * (2.0 * below + adjoint[(row, row)] * feature))
-            .sum();
+        let quadratic =
+            2.0 * dot(column, below.col_as_slice(col_idx)) + weighted_squares(column, &diagonal);
         gradient[col_idx] += 2.0 * weights[col_idx] * quadratic;
     });
 }
@@ -151,9 +149,7 @@ pub(crate) fn add_cross_adjoint(
         Par::Seq,
     );
     for_each_column(features2, |col_idx, column| {
-        let quadratic: f64 = (column.iter().zip(product.col_as_slice(col_idx)))
-            .map(|(feature, product)| feature * product)
-            .sum();
+        let quadratic = dot(column, product.col_as_slice(col_idx));
         gradient[col_idx] += 2.0 * weights[col_idx] * quadratic;
     });
 }

@@ -8,6 +8,7 @@ mod crew;
 mod error;
 mod features;
 mod jitter;
+mod lanes;
 mod linear_ard;
 mod params;
 mod positive;

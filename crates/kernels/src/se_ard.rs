@@ -11,6 +11,8 @@
 //! v² e^{−s/2} carries the relative error (d + 2) ε max|z|².
 //! Centring keeps |z| at the spread of the data instead of its offset.
 
+use std::ops::Range;
+
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
@@ -18,10 +20,11 @@ use crate::columns::{column_mut, for_each_column};
 use crate::covariance::Covariance;
 use crate::crew::{Crew, column_panels};
 use crate::error::KernelError;
+use crate::lanes::{sum, weighted_squares};
 use crate::params::{ParamLayout, Transform};
 use crate::positive::require_positive;
 use crate::se_ard_adjoint::{CrossSums, LowerSums};
-use crate::vector_exp::exp_in_place;
+use crate::vector_exp::exp;
 
 /// Columns of the Gram matrix that are worked on together: their block stays in cache.
 pub(crate) const BLOCK: usize = 64;
@@ -86,12 +89,17 @@ impl SeArd {
         let mut z = Mat::zeros(x.nrows(), x.ncols());
         let mut sq_norms = vec![0.0; x.nrows()];
         for_each_column(x, |col, column| {
-            let scale = self.length_scales[col].recip();
+            let (centre, scale) = (centre[col], self.length_scales[col].recip());
             let target = z.col_as_slice_mut(col);
-            for ((z, sq_norm), x) in target.iter_mut().zip(&mut sq_norms).zip(column) {
-                *z = (x - centre[col]) * scale;
-                *sq_norm += *z * *z;
-            }
+            pulp::Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    for ((z, sq_norm), x) in target.iter_mut().zip(&mut sq_norms).zip(column) {
+                        *z = (x - centre) * scale;
+                        *sq_norm += *z * *z;
+                    }
+                },
+            );
         });
         Scaled { z, sq_norms }
     }
@@ -101,9 +109,25 @@ impl SeArd {
 fn column_means(x: MatRef<'_, f64>) -> Vec<f64> {
     let mut means = vec![0.0; x.ncols()];
     for_each_column(x, |col, column| {
-        means[col] = column.iter().sum::<f64>() / column.len() as f64;
+        means[col] = sum(column) / column.len() as f64;
     });
     means
+}
+
+/// Fills `out` with the inner products between some rows of `a` and some rows of `b`.
+///
+/// # Shapes
+/// `out` (rows_a.len(), rows_b.len()).
+fn products(
+    a: &Scaled,
+    rows_a: Range<usize>,
+    b: &Scaled,
+    rows_b: Range<usize>,
+    out: MatMut<'_, f64>,
+) {
+    let z_a = a.z.as_ref().subrows(rows_a.start, rows_a.len());
+    let z_b = b.z.as_ref().subrows(rows_b.start, rows_b.len());
+    matmul(out, Accum::Replace, z_a, z_b.transpose(), 1.0, Par::Seq);
 }
 
 /// Fills `out` with e^{−s/2} between some rows of `a` and some rows of `b`.
@@ -112,22 +136,12 @@ fn column_means(x: MatRef<'_, f64>) -> Vec<f64> {
 /// `out` (rows_a.len(), rows_b.len()), contiguous columns.
 pub(crate) fn correlations(
     a: &Scaled,
-    rows_a: std::ops::Range<usize>,
+    rows_a: Range<usize>,
     b: &Scaled,
-    rows_b: std::ops::Range<usize>,
+    rows_b: Range<usize>,
     mut out: MatMut<'_, f64>,
 ) {
-    let z_a = a.z.as_ref().subrows(rows_a.start, rows_a.len());
-    let z_b = b.z.as_ref().subrows(rows_b.start, rows_b.len());
-    matmul(
-        out.as_mut(),
-        Accum::Replace,
-        z_a,
-        z_b.transpose(),
-        1.0,
-        Par::Seq,
-    );
-
+    products(a, rows_a.clone(), b, rows_b.clone(), out.as_mut());
     let sq_a = &a.sq_norms[rows_a];
     for (col, sq_b) in b.sq_norms[rows_b].iter().enumerate() {
         let column = column_mut(&mut out, col);
@@ -135,14 +149,46 @@ pub(crate) fn correlations(
             #[inline(always)]
             || {
                 for (value, sq_a) in column.iter_mut().zip(sq_a) {
-                    // −s/2 = z_a·z_b − (|z_a|² + |z_b|²)/2; the comparison lets NaN through.
-                    let exponent = *value - 0.5 * (sq_a + sq_b);
-                    *value = if exponent > 0.0 { 0.0 } else { exponent };
+                    *value = exp(exponent(*value, *sq_a, *sq_b));
                 }
             },
         );
-        exp_in_place(column);
     }
+}
+
+/// −s/2 = z_a·z_b − (|z_a|² + |z_b|²)/2, at most 0; the comparison lets NaN through.
+#[inline(always)]
+#[allow(
+    clippy::inline_always,
+    reason = "the loop around it is compiled once per instruction set"
+)]
+fn exponent(product: f64, sq_a: f64, sq_b: f64) -> f64 {
+    let exponent = product - 0.5 * (sq_a + sq_b);
+    if exponent > 0.0 { 0.0 } else { exponent }
+}
+
+/// out += v² e^{−s/2} for one column of inner products.
+fn add_covariances(products: &[f64], sq_a: &[f64], sq_b: f64, signal_var: f64, out: &mut [f64]) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for ((value, product), sq_a) in out.iter_mut().zip(products).zip(sq_a) {
+                *value += signal_var * exp(exponent(*product, *sq_a, sq_b));
+            }
+        },
+    );
+}
+
+/// out += factor · values
+fn add_scaled(out: &mut [f64], values: &[f64], factor: f64) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for (out, value) in out.iter_mut().zip(values) {
+                *out += factor * value;
+            }
+        },
+    );
 }
 
 /// Visits rows `first..` of the correlations with columns `first..first + width`, in tiles.
@@ -205,9 +251,7 @@ impl Covariance for SeArd {
             for_each_tile(&scaled, first, panel.ncols(), |row, mut tile| {
                 for k in 0..tile.ncols() {
                     let target = &mut column_mut(&mut panel, k)[row..];
-                    for (value, correlation) in target.iter_mut().zip(column_mut(&mut tile, k)) {
-                        *value += signal_var * *correlation;
-                    }
+                    add_scaled(target, column_mut(&mut tile, k), signal_var);
                 }
             });
         });
@@ -225,18 +269,16 @@ impl Covariance for SeArd {
         for first in (0..n2).step_by(block_size) {
             let width = block_size.min(n2 - first);
             let mut block = buffer.as_mut().subcols_mut(0, width);
-            correlations(
-                &scaled1,
-                0..n1,
-                &scaled2,
-                first..first + width,
-                block.as_mut(),
-            );
+            let columns = first..first + width;
+            products(&scaled1, 0..n1, &scaled2, columns, block.as_mut());
             for k in 0..width {
-                let target = column_mut(&mut out, first + k);
-                for (value, correlation) in target.iter_mut().zip(column_mut(&mut block, k)) {
-                    *value += signal_var * *correlation;
-                }
+                add_covariances(
+                    column_mut(&mut block, k),
+                    &scaled1.sq_norms,
+                    scaled2.sq_norms[first + k],
+                    signal_var,
+                    column_mut(&mut out, first + k),
+                );
             }
         }
     }
@@ -272,9 +314,7 @@ impl Covariance for SeArd {
         let signal_var = self.signal_std * self.signal_std;
         gradient[0] += 2.0 * self.signal_std * (sums.diagonal + 2.0 * sums.below);
         for (j, length_scale) in self.length_scales.iter().enumerate() {
-            let squares: f64 = (scaled.z.col_as_slice(j).iter().zip(&sums.weights))
-                .map(|(z, weight)| weight * z * z)
-                .sum();
+            let squares = weighted_squares(scaled.z.col_as_slice(j), &sums.weights);
             gradient[1 + j] += 2.0 * signal_var / length_scale * (squares - 2.0 * sums.products[j]);
         }
     }

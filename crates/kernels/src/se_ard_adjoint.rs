@@ -7,6 +7,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::columns::{column_mut, for_each_column};
+use crate::lanes::{dot, lane_sum, weighted_squares};
 use crate::se_ard::{BLOCK, Scaled, correlations, cross_block};
 
 /// Sums over the lower triangle of W = Q ∘ E, or over one block of its columns.
@@ -141,9 +142,6 @@ impl CrossSums {
 }
 
 /// w ← w ∘ q; adds w to the row sums and returns its sum.
-///
-/// The sum is made in eight lanes, whatever the machine's vectors, so that its
-/// rounding is the same everywhere.
 fn weigh_column(w: &mut [f64], q: &[f64], row_sums: &mut [f64]) -> f64 {
     pulp::Arch::new().dispatch(
         #[inline(always)]
@@ -152,25 +150,7 @@ fn weigh_column(w: &mut [f64], q: &[f64], row_sums: &mut [f64]) -> f64 {
                 *w *= q;
                 *row_sum += *w;
             }
-            let mut lanes = [0.0; 8];
-            let chunks = w.chunks_exact(8);
-            let rest: f64 = chunks.remainder().iter().sum();
-            for chunk in chunks {
-                for (lane, value) in lanes.iter_mut().zip(chunk) {
-                    *lane += value;
-                }
-            }
-            lanes.iter().sum::<f64>() + rest
+            lane_sum(w)
         },
     )
-}
-
-fn weighted_squares(values: &[f64], weights: &[f64]) -> f64 {
-    (values.iter().zip(weights))
-        .map(|(value, weight)| weight * value * value)
-        .sum()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -1,11 +1,12 @@
 //! The covariance of one joint's torque, eq. (7): GPc, and GP¬c without friction.
 
-use faer::{MatMut, MatRef};
+use faer::{Mat, MatMut, MatRef};
 
 use crate::constant::Constant;
-use crate::coulomb::Coulomb;
+use crate::coulomb::{Coulomb, write_signs};
 use crate::covariance::Covariance;
 use crate::error::KernelError;
+use crate::features;
 use crate::linear_ard::LinearArd;
 use crate::params::ParamLayout;
 use crate::se_ard::SeArd;
@@ -143,6 +144,55 @@ impl TorqueCovariance {
     pub fn coulomb(&self) -> Option<&Coulomb> {
         self.coulomb.as_ref()
     }
+
+    /// Number of features of the terms that are inner products of features.
+    fn n_features(&self) -> usize {
+        1 + 3 * self.n_joints() + self.coulomb.as_ref().map_or(0, |c| c.coulomb_std().len())
+    }
+
+    /// (1, x, sgn(q̇)): the features of bias, linear and Coulomb term, for one product.
+    fn features(&self, x: MatRef<'_, f64>) -> Mat<f64> {
+        let n_joints = self.n_joints();
+        assert_eq!(
+            x.ncols(),
+            3 * n_joints,
+            "x holds (q, qd, qdd) of each joint"
+        );
+        let mut features = Mat::zeros(x.nrows(), self.n_features());
+        features.as_mut().col_mut(0).fill(1.0);
+        features.as_mut().subcols_mut(1, x.ncols()).copy_from(x);
+        if self.coulomb.is_some() {
+            write_signs(
+                x,
+                n_joints,
+                features.as_mut().subcols_mut(1 + x.ncols(), n_joints),
+            );
+        }
+        features
+    }
+
+    /// (b, u, w): the weights of the features.
+    fn weights(&self) -> Vec<f64> {
+        let mut weights = vec![self.constant().bias_std()];
+        weights.extend(self.linear().linear_std());
+        weights.extend(self.coulomb.iter().flat_map(Coulomb::coulomb_std));
+        weights
+    }
+
+    /// Adds the gradient of the weights to that of θ; returns the part of θ between them, that of the
+    /// squared-exponential term.
+    fn scatter<'a>(&self, of_weights: &[f64], gradient: &'a mut [f64]) -> &'a mut [f64] {
+        let n_covariates = 3 * self.n_joints();
+        let (of_linear, of_coulomb) = of_weights.split_at(1 + n_covariates);
+        let (linear, rest) = gradient.split_at_mut(1 + n_covariates);
+        let (se, coulomb) = rest.split_at_mut(1 + n_covariates);
+        assert_eq!(coulomb.len(), of_coulomb.len());
+        let targets = linear.iter_mut().chain(coulomb);
+        for (target, value) in targets.zip(of_linear.iter().chain(of_coulomb)) {
+            *target += value;
+        }
+        se
+    }
 }
 
 fn expect_count(name: &'static str, found: usize, expected: usize) -> Result<(), KernelError> {
@@ -183,17 +233,14 @@ impl Covariance for TorqueCovariance {
     }
 
     fn add_gram(&self, x: MatRef<'_, f64>, mut out: MatMut<'_, f64>) {
-        self.smooth.add_gram(x, out.as_mut());
-        if let Some(coulomb) = &self.coulomb {
-            coulomb.add_gram(x, out);
-        }
+        self.se().add_gram(x, out.as_mut());
+        features::add_gram(self.features(x).as_ref(), &self.weights(), out);
     }
 
     fn add_cross(&self, x1: MatRef<'_, f64>, x2: MatRef<'_, f64>, mut out: MatMut<'_, f64>) {
-        self.smooth.add_cross(x1, x2, out.as_mut());
-        if let Some(coulomb) = &self.coulomb {
-            coulomb.add_cross(x1, x2, out);
-        }
+        self.se().add_cross(x1, x2, out.as_mut());
+        let (features1, features2) = (self.features(x1), self.features(x2));
+        features::add_cross(features1.as_ref(), features2.as_ref(), &self.weights(), out);
     }
 
     fn add_diag(&self, x: MatRef<'_, f64>, out: &mut [f64]) {
@@ -204,11 +251,15 @@ impl Covariance for TorqueCovariance {
     }
 
     fn gram_adjoint(&self, x: MatRef<'_, f64>, adjoint: MatRef<'_, f64>, gradient: &mut [f64]) {
-        let (smooth, friction) = gradient.split_at_mut(self.smooth.n_params());
-        self.smooth.gram_adjoint(x, adjoint, smooth);
-        if let Some(coulomb) = &self.coulomb {
-            coulomb.gram_adjoint(x, adjoint, friction);
-        }
+        let mut of_weights = vec![0.0; self.n_features()];
+        features::add_adjoint(
+            self.features(x).as_ref(),
+            &self.weights(),
+            adjoint,
+            &mut of_weights,
+        );
+        let of_se = self.scatter(&of_weights, gradient);
+        self.se().gram_adjoint(x, adjoint, of_se);
     }
 
     fn cross_adjoint(
@@ -218,10 +269,19 @@ impl Covariance for TorqueCovariance {
         adjoint: MatRef<'_, f64>,
         gradient: &mut [f64],
     ) {
-        let (smooth, friction) = gradient.split_at_mut(self.smooth.n_params());
-        self.smooth.cross_adjoint(x1, x2, adjoint, smooth);
-        if let Some(coulomb) = &self.coulomb {
-            coulomb.cross_adjoint(x1, x2, adjoint, friction);
-        }
+        let mut of_weights = vec![0.0; self.n_features()];
+        features::add_cross_adjoint(
+            self.features(x1).as_ref(),
+            self.features(x2).as_ref(),
+            &self.weights(),
+            adjoint,
+            &mut of_weights,
+        );
+        let of_se = self.scatter(&of_weights, gradient);
+        self.se().cross_adjoint(x1, x2, adjoint, of_se);
+    }
+
+    fn n_params(&self) -> usize {
+        self.n_features() + 1 + 3 * self.n_joints()
     }
 }

@@ -39,12 +39,13 @@ pub fn exp_in_place(values: &mut [f64]) {
     );
 }
 
+/// eˣ, to be inlined into a loop that is compiled per instruction set.
 #[inline(always)]
 #[allow(
     clippy::inline_always,
     reason = "the loop around it is compiled once per instruction set"
 )]
-fn exp(x: f64) -> f64 {
+pub(crate) fn exp(x: f64) -> f64 {
     // k = round(x / ln 2), as a double and in the low bits of `shifted`.
     let shifted = x * LOG2_E + ROUNDER;
     let k = shifted - ROUNDER;

@@ -9,6 +9,8 @@
 //! `friction`).
 
 use crate::description::Drive;
+use crate::model::Model;
+use crate::workspace::check_len;
 
 /// Which friction torques are part of the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,14 +59,19 @@ impl Law {
     /// Torque that overcomes friction at joint speed `qd`, N·m or N.
     #[inline]
     pub(crate) fn torque(&self, qd: f64) -> f64 {
-        let coulomb = if qd > 0.0 {
+        self.viscous * qd + self.coulomb(qd)
+    }
+
+    /// The part that depends on the direction alone, N·m or N.
+    #[inline]
+    fn coulomb(&self, qd: f64) -> f64 {
+        if qd > 0.0 {
             self.coulomb_positive
         } else if qd < 0.0 {
             self.coulomb_negative
         } else {
             0.0
-        };
-        self.viscous * qd + coulomb
+        }
     }
 }
 
@@ -87,6 +94,34 @@ impl JointFriction {
             modern: law(ratio * ratio, ratio.abs()),
             toolbox_2008: law(ratio, ratio),
         }
+    }
+}
+
+/// Coulomb torques of every joint: what changes by a jump when the joint turns back.
+///
+/// ```text
+/// modern  |G| Tc + c sgn(q̇)      toolbox-2008  G Tc + c sgn(q̇)
+/// ```
+/// Taken away from the joint torques, they leave a function of (q, q̇, q̈) without jumps.
+///
+/// # Shapes
+/// `qd` and `tau` (n_joints,), rad/s and N·m; m/s and N for sliding joints.
+///
+/// # Panics
+/// If a slice has another length.
+///
+/// # Source
+/// Sec. 2.1; fig. 5 shows them as a square wave.
+pub fn coulomb_torques(model: &Model, friction: Friction, qd: &[f64], tau: &mut [f64]) {
+    check_len("qd", qd, model.n_joints());
+    check_len("tau", tau, model.n_joints());
+    let rows = tau.iter_mut().zip(qd).zip(model.joint_friction());
+    for ((tau, &qd), joint) in rows {
+        *tau = match friction {
+            Friction::None => 0.0,
+            Friction::Modern => joint.modern.coulomb(qd),
+            Friction::Toolbox2008 => joint.toolbox_2008.coulomb(qd),
+        };
     }
 }
 
@@ -135,6 +170,22 @@ mod tests {
         assert!((joint.toolbox_2008.torque(3.0) + 2.84).abs() < 1e-14);
         // toolbox-2008, q̇ = −1: −2 (−0.5 − 0.1) − 0.25 − 0.01
         assert!((joint.toolbox_2008.torque(-1.0) - 0.94).abs() < 1e-14);
+    }
+
+    #[test]
+    fn coulomb_torques_of_the_puma_worked_by_hand() {
+        // Joint 6: |G| = 76.686, Tc⁺ = 3.96e-3 N·m, Tc⁻ = −10.5e-3 N·m (Corke 1996).
+        let model = crate::puma560::model();
+        let mut tau = [f64::NAN; 6];
+        let mut last = |qd6: f64, friction| {
+            coulomb_torques(&model, friction, &[0.0, 0.0, 0.0, 0.0, 0.0, qd6], &mut tau);
+            tau[5]
+        };
+        let close = |ours: f64, expected: f64| (ours - expected).abs() < 1e-12;
+        assert!(close(last(0.3, Friction::Modern), 76.686 * 3.96e-3));
+        assert!(close(last(-2.0, Friction::Modern), -76.686 * 10.5e-3));
+        assert!(last(-2.0, Friction::None).abs() <= 0.0);
+        assert!(last(0.0, Friction::Modern).abs() <= 0.0);
     }
 
     #[test]

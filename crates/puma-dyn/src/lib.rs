@@ -52,7 +52,7 @@ pub use dh::DhLink;
 pub use energy::{kinetic_energy, potential_energy};
 pub use error::DynError;
 pub use forward_kin::forward_kinematics;
-pub use friction::{Effects, Friction};
+pub use friction::{Effects, Friction, coulomb_torques};
 pub use inverse_kin::{Arm, Branch, Elbow, Wrist, inverse_kinematics};
 pub use inverse_rates::{JointMotion, inverse_rates};
 pub use jacobian::{FrameMotion, bias_acceleration, jacobian};

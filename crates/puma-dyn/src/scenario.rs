@@ -56,6 +56,7 @@ pub struct Scenario {
     effects: Effects,
     branch: Branch,
     tool: Tool,
+    shoulder_height: f64,
     paths: Vec<FigureOfEight>,
     durations: Vec<f64>,
     n_samples: usize,
@@ -137,6 +138,7 @@ impl Scenario {
                 pitch: file.tool.pitch.to_radians(),
                 yaw: file.tool.yaw.to_radians(),
             },
+            shoulder_height: file.robot.shoulder_height,
             paths: figures(&file.path, file.robot.shoulder_height),
             durations: file.path.durations,
             n_samples: file.path.samples,
@@ -205,6 +207,15 @@ impl Scenario {
     /// If there is no such speed.
     pub fn duration(&self, speed_idx: usize) -> f64 {
         self.durations[speed_idx]
+    }
+
+    /// Point of a path at a phase (rad), m; the origin is on the floor below joint 1, as in table 1.
+    ///
+    /// # Panics
+    /// If there is no such path.
+    pub fn path_point(&self, path_idx: usize, phase: f64) -> [f64; 3] {
+        let point = self.paths[path_idx].motion(phase).point;
+        [point.x, point.y, point.z + self.shoulder_height]
     }
 
     /// A load as a payload in the frame of the last link.

@@ -429,3 +429,25 @@ fn unknown_names_list_the_known_ones() {
         "no path is named `p5`; known: p1, p2, p3, p4"
     );
 }
+
+#[test]
+fn the_joint_angles_bring_the_tool_to_the_point_of_the_path_above_the_floor() {
+    // The model's origin is the shoulder, 0.6718 m above the floor; the tool's tip is 0.15 m along z6.
+    let scenario = Scenario::reference();
+    let frame_idx = scenario.model().frames().len() - 1;
+    for (path_idx, sample_idx) in [(0, 0), (0, 777), (2, 1500), (3, 3999)] {
+        let trajectory = scenario.trajectory(path_idx, 1).expect("a reachable path");
+        let (q, _, _) = trajectory.state(sample_idx);
+        let wrist = forward_kinematics(scenario.model(), frame_idx, q);
+        let tip = wrist.translation + 0.15 * wrist.rotation.column(2);
+        let phase = 2.0 * PI * sample_idx as f64 / 4000.0;
+        let [x, y, z] = scenario.path_point(path_idx, phase);
+        let error = [tip.x - x, tip.y - y, tip.z + 0.6718 - z];
+        // Inverse kinematics through acos near 1e-8 of its end would lose digits; here it does not.
+        assert!(
+            error.iter().all(|e| e.abs() < 1e-13),
+            "p{}, sample {sample_idx}: {error:?}",
+            path_idx + 1
+        );
+    }
+}

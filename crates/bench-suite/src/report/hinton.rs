@@ -1,10 +1,7 @@
 //! Hinton diagrams: a matrix of numbers as squares of proportional size.
 
-use kuva::backend::png::PngBackend;
-use kuva::backend::svg::SvgBackend;
-use kuva::render::render::{Primitive, Scene, TextAnchor};
-
-use crate::error::BenchError;
+pub use super::picture::{Align, Font, Picture};
+use super::picture::{INK, PAPER};
 
 /// Side of a matrix element, in points.
 pub const PITCH: f64 = 36.0;
@@ -12,14 +9,6 @@ pub const PITCH: f64 = 36.0;
 const LARGEST: f64 = 0.92;
 /// Side of the smallest square in units of [`PITCH`]: still visible, so that "smallest" and "absent" differ.
 const SMALLEST: f64 = 0.07;
-/// Pixels a point in the PNG.
-const PNG_SCALE: f32 = 2.0;
-
-const INK: &str = "#1f2933";
-const QUIET: &str = "#66727f";
-const PAPER: &str = "#f1f3f5";
-const GRID: &str = "#d5dae0";
-
 /// Range of a logarithmic scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LogRange {
@@ -51,44 +40,7 @@ pub fn side_of_area(fraction: f64) -> f64 {
     PITCH * LARGEST * fraction.clamp(0.0, 1.0).sqrt()
 }
 
-/// Size and weight of a label.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Font {
-    /// Title of the picture.
-    Title,
-    /// Name of a block of rows or columns.
-    Heading,
-    /// Row and column labels.
-    Label,
-    /// Remarks below the picture.
-    Remark,
-}
-
-/// Where a label's reference point lies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Align {
-    /// At its left end.
-    Left,
-    /// In its middle.
-    Centre,
-    /// At its right end.
-    Right,
-}
-
-/// A picture made of matrices of squares and labels; coordinates in points from the top left.
-pub struct Picture {
-    scene: Scene,
-}
-
 impl Picture {
-    /// Empty white picture.
-    pub fn new(width: f64, height: f64) -> Self {
-        let mut scene = Scene::new(width, height);
-        scene.font_family = Some("DejaVu Sans, Helvetica, Arial, sans-serif".to_string());
-        scene.text_color = Some(INK.to_string());
-        Self { scene }
-    }
-
     /// Background and grid of a matrix whose top left corner is (x, y).
     pub fn frame(&mut self, x: f64, y: f64, n_rows: usize, n_columns: usize) {
         let (width, height) = (PITCH * n_columns as f64, PITCH * n_rows as f64);
@@ -107,13 +59,9 @@ impl Picture {
     /// Square of a value in the element whose top left corner is (x, y); its SVG tooltip is `title`.
     pub fn square(&mut self, x: f64, y: f64, side: f64, title: String) {
         let margin = (PITCH - side) / 2.0;
-        self.scene.add(Primitive::GroupStart {
-            transform: None,
-            title: Some(title),
-            extra_attrs: None,
-        });
+        self.start_group(title);
         self.rectangle((x + margin, y + margin, side, side), INK, None);
-        self.scene.add(Primitive::GroupEnd);
+        self.end_group();
     }
 
     /// Mark of a missing value.
@@ -125,76 +73,6 @@ impl Picture {
             Font::Remark,
             Align::Centre,
         );
-    }
-
-    /// Label whose baseline is at y.
-    pub fn text(&mut self, x: f64, y: f64, content: &str, font: Font, align: Align) {
-        let (size, bold, colour) = match font {
-            Font::Title => (16, true, INK),
-            Font::Heading => (13, true, INK),
-            Font::Label => (12, false, INK),
-            Font::Remark => (11, false, QUIET),
-        };
-        self.scene.add(Primitive::Text {
-            x,
-            y,
-            content: content.to_string(),
-            size,
-            anchor: match align {
-                Align::Left => TextAnchor::Start,
-                Align::Centre => TextAnchor::Middle,
-                Align::Right => TextAnchor::End,
-            },
-            rotate: None,
-            bold,
-            color: Some(colour.into()),
-        });
-    }
-
-    /// The picture as SVG text.
-    pub fn to_svg(&self) -> String {
-        SvgBackend::default().render_scene(&self.scene)
-    }
-
-    /// The picture as a PNG file's bytes.
-    ///
-    /// # Errors
-    /// `Picture` with the library's reason.
-    pub fn to_png(&self) -> Result<Vec<u8>, BenchError> {
-        PngBackend::new()
-            .with_scale(PNG_SCALE)
-            .render_scene(&self.scene)
-            .map_err(|message| BenchError::Picture { message })
-    }
-
-    fn rectangle(
-        &mut self,
-        (x, y, width, height): (f64, f64, f64, f64),
-        fill: &str,
-        stroke: Option<&str>,
-    ) {
-        self.scene.add(Primitive::Rect {
-            x,
-            y,
-            width,
-            height,
-            fill: fill.into(),
-            stroke: stroke.map(Into::into),
-            stroke_width: stroke.map(|_| 1.0),
-            opacity: None,
-        });
-    }
-
-    fn line(&mut self, (x1, y1): (f64, f64), (x2, y2): (f64, f64)) {
-        self.scene.add(Primitive::Line {
-            x1,
-            y1,
-            x2,
-            y2,
-            stroke: GRID.into(),
-            stroke_width: 1.0,
-            stroke_dasharray: None,
-        });
     }
 }
 

@@ -7,6 +7,7 @@ pub mod fig08;
 pub mod findings;
 pub mod hinton;
 pub mod markdown;
+pub mod picture;
 pub mod records_csv;
 pub mod table3;
 pub mod text_table;

@@ -1,0 +1,79 @@
+//! The experiments by name: those about the data and those with one context.
+
+use crate::data_figures::spec::DataExperiment;
+use crate::error::BenchError;
+use crate::spec::Experiment;
+
+/// Experiments, each kind in the order of the chapter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Catalogue {
+    /// Section 2: no model, no profile.
+    pub data: Vec<DataExperiment>,
+    /// Section 3.4.
+    pub one: Vec<Experiment>,
+}
+
+impl Catalogue {
+    /// Every experiment there is.
+    ///
+    /// # Errors
+    /// `Experiment` if a description does not follow the format.
+    pub fn all() -> Result<Self, BenchError> {
+        Ok(Self {
+            data: DataExperiment::all()?,
+            one: Experiment::all()?,
+        })
+    }
+
+    /// The experiments named, or all of them when no name is given.
+    ///
+    /// # Errors
+    /// `UnknownName` if one does not exist; `Experiment` as in [`Self::all`].
+    pub fn named(names: &[String]) -> Result<Self, BenchError> {
+        let mut catalogue = Self::all()?;
+        let known = catalogue.names();
+        if let Some(name) = names.iter().find(|name| !known.contains(name)) {
+            return Err(BenchError::UnknownName {
+                what: "experiment",
+                name: name.clone(),
+                known: known.join(", "),
+            });
+        }
+        let is_chosen = |name: &String| names.is_empty() || names.contains(name);
+        catalogue
+            .data
+            .retain(|experiment| is_chosen(&experiment.name));
+        catalogue
+            .one
+            .retain(|experiment| is_chosen(&experiment.name));
+        Ok(catalogue)
+    }
+
+    fn names(&self) -> Vec<String> {
+        let data = self.data.iter().map(|experiment| &experiment.name);
+        let one = self.one.iter().map(|experiment| &experiment.name);
+        data.chain(one).cloned().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_name_means_all_and_names_choose_across_the_kinds() {
+        let all = Catalogue::named(&[]).unwrap();
+        assert_eq!((all.data.len(), all.one.len()), (7, 3));
+        let some = Catalogue::named(&["fig08".to_string(), "fig03".to_string()]).unwrap();
+        assert_eq!(some.names(), ["fig03", "fig08"]);
+    }
+
+    #[test]
+    fn unknown_names_are_refused_with_the_known_ones() {
+        let error = Catalogue::named(&["fig70".to_string()]).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "unknown experiment \"fig70\"; known: fig02, table1, fig03, fig04, fig05, fig06, table2, table3, fig07, fig08"
+        );
+    }
+}

@@ -1,0 +1,247 @@
+//! The models that learn nothing of how tasks are related: sGP, iGP and pGP.
+//!
+//! ```text
+//! sGP   a process per task, with hyperparameters of its own
+//! iGP   K^ρ = I: a process per task, with θ^x and σ shared
+//! pGP   K^ρ = 11ᵀ: one process, to which the tasks are the same
+//! ```
+//! The likelihood of iGP is a sum over tasks, and that of pGP is GPc's of the pooled
+//! data, so neither needs a covariance of several tasks while it is learned.
+//! Source: sec. 4.6.
+
+use faer::MatRef;
+use gp_core::{
+    Evaluation, Fit, FitOptions, GpError, Likelihood, LikelihoodOptions, LogMarginal, MethodUsed,
+    StartKind, StartPoint, chapter_start, fit, varied_start,
+};
+use kernels::{Covariance, TorqueCovariance};
+
+use crate::climb::{Climb, Start, climb};
+use crate::error::MtgpError;
+use crate::layout::Stacked;
+use crate::prior::MultiTaskCovariance;
+use crate::task_cov::TaskCovariance;
+use crate::task_fit::{MultiTaskOptions, Origin, TaskFit};
+
+/// Learns pGP: one function for all tasks, whose differences count as noise.
+///
+/// # Shapes
+/// `targets` (n,), N·m, in the order of the rows of `data`: see [`Stacked::stack`].
+/// # Errors
+/// [`MtgpError::CountMismatch`] unless there is one target per row; [`MtgpError::Gp`] for
+/// fewer than 2 samples, targets that are not finite, columns that are not three per
+/// joint, or no start with a finite likelihood.
+/// # Source
+/// Sec. 4.6; A.3, step 1 with K₀^ρ = 11ᵀ, from eq. (22) on the pooled data.
+pub fn fit_pooled(
+    data: &Stacked,
+    targets: &[f64],
+    options: &MultiTaskOptions,
+) -> Result<TaskFit, MtgpError> {
+    let starts = moment_starts(data, targets, options)?;
+    let n_starts = starts.len();
+    let mut evidence = LogMarginal::new(data.covariates(), targets, options.likelihood);
+    let climb = climb(&mut evidence, starts, options).ok_or(GpError::NoUsableStart { n_starts })?;
+    drop(evidence);
+    let n_tasks = data.n_tasks();
+    with_task_matrix(
+        data,
+        targets,
+        climb,
+        TaskCovariance::Ones { n_tasks },
+        options,
+    )
+}
+
+/// Learns iGP: one function per task, all with the same hyperparameters.
+///
+/// # Shapes
+/// As for [`fit_pooled`].
+/// # Errors
+/// As for [`fit_pooled`].
+/// # Source
+/// Sec. 4.6; A.3, step 1 with K₀^ρ = I, from eq. (22) on the pooled data; Minka & Picard 1997.
+pub fn fit_independent(
+    data: &Stacked,
+    targets: &[f64],
+    options: &MultiTaskOptions,
+) -> Result<TaskFit, MtgpError> {
+    let starts = moment_starts(data, targets, options)?;
+    let n_starts = starts.len();
+    let mut evidence = SumOverTasks::new(data, targets, options.likelihood);
+    let climb = climb(&mut evidence, starts, options).ok_or(GpError::NoUsableStart { n_starts })?;
+    drop(evidence);
+    let n_tasks = data.n_tasks();
+    with_task_matrix(
+        data,
+        targets,
+        climb,
+        TaskCovariance::Identity { n_tasks },
+        options,
+    )
+}
+
+/// Learns sGP: GPc for every task on its own; the results stand in task order.
+///
+/// A task with a single sample has no fit of its own, so each task has its own result.
+/// # Shapes
+/// As for [`fit_pooled`].
+/// # Errors
+/// [`MtgpError::CountMismatch`] unless there is one target per row.
+/// # Source
+/// Sec. 4.6, "a single GP for each context, as per the GPc of section 3.4".
+pub fn fit_separate(
+    data: &Stacked,
+    targets: &[f64],
+    options: &MultiTaskOptions,
+) -> Result<Vec<Result<Fit, GpError>>, MtgpError> {
+    require_targets(data, targets)?;
+    let fit_options = FitOptions {
+        starts: options.starts,
+        max_evaluations: options.max_evaluations,
+        gradient_tolerance: options.gradient_tolerance,
+        value_tolerance: options.value_tolerance,
+        likelihood: options.likelihood,
+    };
+    let fit_one = |(x, t): (MatRef<'_, f64>, &[f64])| fit(x, t, options.form, &fit_options);
+    Ok(by_task(data, targets).map(fit_one).collect())
+}
+
+/// Inputs and targets of each task.
+fn by_task<'a>(
+    data: &'a Stacked,
+    targets: &'a [f64],
+) -> impl Iterator<Item = (MatRef<'a, f64>, &'a [f64])> {
+    let mut first = 0;
+    data.counts().iter().map(move |&count| {
+        let x = data.covariates().subrows(first, count);
+        let t = &targets[first..first + count];
+        first += count;
+        (x, t)
+    })
+}
+
+/// The start of eq. (22) on the pooled data, and its variations.
+fn moment_starts(
+    data: &Stacked,
+    targets: &[f64],
+    options: &MultiTaskOptions,
+) -> Result<Vec<Start<TorqueCovariance>>, MtgpError> {
+    let chapter = pooled_moments(data, targets, options)?;
+    let start = |kind: StartKind| {
+        let point = varied_start(&chapter, kind)?;
+        Ok(Start {
+            origin: Origin::Moments(kind),
+            covariance: point.covariance,
+            noise_std: point.noise_std,
+        })
+    };
+    // DEVIATION(A.3): the chapter's step 1 has the start of eq. (22) alone.
+    (options.starts.kinds().iter())
+        .map(|&kind| start(kind))
+        .collect()
+}
+
+/// θ₀^x and σ₀ of A.3: eq. (22) on the data of all tasks together.
+pub(crate) fn pooled_moments(
+    data: &Stacked,
+    targets: &[f64],
+    options: &MultiTaskOptions,
+) -> Result<StartPoint, MtgpError> {
+    require_targets(data, targets)?;
+    Ok(chapter_start(data.covariates(), targets, options.form)?)
+}
+
+/// The winner of a search over (θ^x, σ), as the model of all tasks that it is.
+fn with_task_matrix(
+    data: &Stacked,
+    targets: &[f64],
+    climb: Climb<TorqueCovariance>,
+    task: TaskCovariance,
+    options: &MultiTaskOptions,
+) -> Result<TaskFit, MtgpError> {
+    let climb = climb.map(|input| MultiTaskCovariance::new(input, task));
+    TaskFit::new(data, targets, climb, options.likelihood)
+}
+
+/// Fails unless there is one target per row.
+pub(crate) fn require_targets(data: &Stacked, targets: &[f64]) -> Result<(), MtgpError> {
+    let (found, expected) = (targets.len(), data.tasks().len());
+    if found == expected {
+        return Ok(());
+    }
+    Err(MtgpError::CountMismatch {
+        what: "targets",
+        found,
+        expected,
+    })
+}
+
+/// Eq. (8) of tasks that are independent given θ^x and σ.
+///
+/// ```text
+/// log p(t | X, θ) = Σ_γ log p(t^γ | X^γ, θ)
+/// ```
+struct SumOverTasks<'a> {
+    parts: Vec<LogMarginal<'a>>,
+    /// Gradient of one part.
+    of_part: Vec<f64>,
+}
+
+impl<'a> SumOverTasks<'a> {
+    fn new(data: &'a Stacked, targets: &'a [f64], options: LikelihoodOptions) -> Self {
+        // The parts share the error that the whole may have.
+        let options = LikelihoodOptions {
+            certificate: options.certificate / data.n_tasks() as f64,
+            ..options
+        };
+        Self {
+            parts: by_task(data, targets)
+                .map(|(x, t)| LogMarginal::new(x, t, options))
+                .collect(),
+            of_part: Vec::new(),
+        }
+    }
+}
+
+impl Likelihood<TorqueCovariance> for SumOverTasks<'_> {
+    fn evaluate(
+        &mut self,
+        covariance: &TorqueCovariance,
+        noise_std: f64,
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, GpError> {
+        gradient.fill(0.0);
+        let mut sum = Evaluation {
+            log_marginal_likelihood: 0.0,
+            error_bound: 0.0,
+            method: MethodUsed::Certified,
+            rank: 0,
+        };
+        for part in &mut self.parts {
+            self.of_part.clear();
+            self.of_part.resize(gradient.len(), 0.0);
+            let of_task = part.evaluate(covariance, noise_std, &mut self.of_part)?;
+            sum.log_marginal_likelihood += of_task.log_marginal_likelihood;
+            sum.error_bound += of_task.error_bound;
+            sum.rank += of_task.rank;
+            if of_task.method == MethodUsed::Dense {
+                sum.method = MethodUsed::Dense;
+            }
+            for (total, slope) in gradient.iter_mut().zip(&self.of_part) {
+                *total += slope;
+            }
+        }
+        Ok(sum)
+    }
+
+    fn n_samples(&self) -> usize {
+        self.parts.iter().map(|part| part.x().nrows()).sum()
+    }
+
+    fn largest_variance(&self, covariance: &TorqueCovariance) -> f64 {
+        (self.parts.iter())
+            .flat_map(|part| covariance.diag(part.x()))
+            .fold(0.0, f64::max)
+    }
+}
