@@ -64,6 +64,21 @@ impl Hyperparameters {
         Ok(parsed)
     }
 
+    /// The hyperparameters of a learned joint.
+    pub fn of(covariance: &TorqueCovariance, noise_std: f64) -> Self {
+        let params = covariance.named_params();
+        Self {
+            bias_std: params.bias_std,
+            linear_std: params.linear_std,
+            signal_std: params.signal_std,
+            length_scales: params.length_scales,
+            coulomb_std: params.coulomb_std,
+            noise_std: NoiseStd::Shared(noise_std),
+            contexts: None,
+            task_factor: None,
+        }
+    }
+
     /// The covariance function, without the noise.
     ///
     /// # Panics

@@ -45,7 +45,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{evaluate, fit, inverse_dynamics, likelihood, predict, simulate};
+use crate::commands::{evaluate, fit, inspect, inverse_dynamics, likelihood, predict, simulate};
 use crate::error::CliError;
 
 /// Exit status for bad input or usage, the same as clap's own.
@@ -68,6 +68,7 @@ enum Command {
     Fit(fit::Args),
     Predict(predict::Args),
     Evaluate(evaluate::Args),
+    Inspect(inspect::Args),
     Likelihood(likelihood::Args),
 }
 
@@ -78,6 +79,7 @@ fn main() -> ExitCode {
         Command::Fit(args) => fit::run(&args),
         Command::Predict(args) => predict::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
         Command::Likelihood(args) => likelihood::run(&args),
     };
     match result {

@@ -123,7 +123,9 @@ fn predict_by_context(
     };
     let mut predictions: Vec<JointPrediction> = model.learned().iter().map(empty).collect();
     for (number, name) in model.contexts().iter().enumerate() {
-        let rows: Vec<usize> = (0..x.nrows()).filter(|row| contexts[*row] == number).collect();
+        let rows: Vec<usize> = (0..x.nrows())
+            .filter(|row| contexts[*row] == number)
+            .collect();
         if rows.is_empty() {
             continue;
         }

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "in a test a surprise is a failure")]
 
 mod command;
+mod contexts;
 mod inverse_dynamics;
 mod learning;
 mod learning_refusals;

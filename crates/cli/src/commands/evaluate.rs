@@ -204,12 +204,13 @@ impl<'a> Scores<'a> {
     fn of_rows(&self, rows: &[usize]) -> Vec<JointScore> {
         let of = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<f64>>();
         let joints = self.samples.torques.iter().zip(&self.moments);
-        let score = |(torques, (mean, var, noise_var)): (&JointTorques, &(Vec<f64>, Vec<f64>, f64))| {
-            JointScore {
-                joint: self.joint_names[torques.joint_idx].clone(),
-                score: Score::of(&of(&torques.values), &of(mean), &of(var), *noise_var),
-            }
-        };
+        let score =
+            |(torques, (mean, var, noise_var)): (&JointTorques, &(Vec<f64>, Vec<f64>, f64))| {
+                JointScore {
+                    joint: self.joint_names[torques.joint_idx].clone(),
+                    score: Score::of(&of(&torques.values), &of(mean), &of(var), *noise_var),
+                }
+            };
         joints.map(score).collect()
     }
 }

@@ -11,7 +11,7 @@ use crate::data_args::DataArgs;
 use crate::error::CliError;
 use crate::hyperparameter_file::Hyperparameters;
 use crate::messages;
-use crate::method::{self, MethodArg};
+use crate::method::MethodArg;
 use crate::noise_std::NoiseStd;
 use crate::printed::PrintArgs;
 use crate::samples::{DataColumns, Samples};
@@ -76,7 +76,7 @@ struct Outcome {
     gradient: Hyperparameters,
     /// Nats.
     error_bound: f64,
-    method: &'static str,
+    method: String,
     rank: usize,
 }
 
@@ -152,7 +152,7 @@ impl Job<'_> {
             log_marginal_likelihood: evidence.evaluation.log_marginal_likelihood,
             gradient: self.hyperparameters.named(&covariance, &evidence.gradient),
             error_bound: evidence.evaluation.error_bound,
-            method: method::name(evidence.evaluation.method),
+            method: evidence.evaluation.method.to_string(),
             rank: evidence.evaluation.rank,
         })
     }

@@ -7,6 +7,7 @@ use crate::error::MtgpError;
 use crate::layout::split;
 use crate::prior::MultiTaskCovariance;
 use crate::task_cov::TaskCovariance;
+use crate::task_fit::{Origin, TaskFit, TaskFitReport};
 
 /// A multi-task process over one joint's torque, with the summary of its fit.
 #[derive(Debug, Clone)]
@@ -18,6 +19,24 @@ pub struct TaskProcess {
 }
 
 impl TaskProcess {
+    /// A posterior with the hyperparameters that a search found, and the summary of its report.
+    pub fn new(posterior: FitPosterior<MultiTaskCovariance>, report: &TaskFitReport) -> Self {
+        Self {
+            posterior,
+            summary: FitSummary {
+                log_marginal: report.log_marginal,
+                start: origin_name(report.origin()),
+                n_starts: report.starts.len(),
+                evaluations: report.evaluations(),
+                bounds_hit: report.bounds_hit.clone(),
+                condition_lower_bound: report.condition_lower_bound,
+                method: report.method.to_string(),
+                rank: report.factor_rank,
+                error_bound: Some(report.error_bound),
+            },
+        }
+    }
+
     /// The chapter's name of the model: iGP, pGP, or mGP with its rank.
     pub fn name(&self) -> String {
         match self.covariance().task() {
@@ -77,5 +96,21 @@ impl TaskProcess {
         };
         let scalings = (0..covariance.n_tasks()).map(scaling).collect();
         ProcessPredictor::scaled(&self.posterior, covariance.input(), points, scalings)
+    }
+}
+
+impl From<TaskFit> for TaskProcess {
+    fn from(fit: TaskFit) -> Self {
+        Self::new(fit.posterior, &fit.report)
+    }
+}
+
+fn origin_name(origin: Origin) -> String {
+    match origin {
+        Origin::Moments(kind) => kind.to_string(),
+        Origin::Pooled => "A.3 from pGP".to_owned(),
+        Origin::Independent => "A.3 from iGP".to_owned(),
+        Origin::LowerRank => "lower rank".to_owned(),
+        Origin::Given => "given".to_owned(),
     }
 }

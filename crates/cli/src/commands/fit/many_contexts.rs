@@ -6,7 +6,7 @@ use gp_core::{FitPosterior, GpError, Provenance, TrainingRanges};
 use kernels::Covariance;
 use mtgp::{
     Criterion, ModelParts, MtgpError, MultiTaskCovariance, MultiTaskModel, MultiTaskOptions,
-    RankCandidate, RankCounts, RankSelection, StageOne, Stacked, TaskFit, TaskFitReport,
+    RankCandidate, RankCounts, RankSelection, Stacked, StageOne, TaskFit, TaskFitReport,
     TaskProcess, choose_rank, fit_independent, fit_pooled, fit_rank,
 };
 
@@ -95,7 +95,11 @@ pub fn learn(
     require_several(args, &file, contexts.names())?;
     check(&file, &samples, columns)?;
     let unusable = |cause: MtgpError| columns_error(&file, cause.to_string());
-    let data = Stacked::new(samples.x.as_ref(), contexts.numbers(), contexts.names().len());
+    let data = Stacked::new(
+        samples.x.as_ref(),
+        contexts.numbers(),
+        contexts.names().len(),
+    );
     let learner = Learner {
         args,
         file: &file,
@@ -158,9 +162,9 @@ impl Learner<'_> {
         let (jobs, names) = (&self.samples.torques, self.joint_names);
         let candidates = |job: &JointTorques| self.candidates(job);
         let fits = learn_all(jobs, names, self.file, self.args.threads, candidates)?;
-        let (chosen, selection) = self.choose(&fits).map_err(|cause| {
-            columns_error(self.file, format!("no rank can be chosen: {cause}"))
-        })?;
+        let (chosen, selection) = self
+            .choose(&fits)
+            .map_err(|cause| columns_error(self.file, format!("no rank can be chosen: {cause}")))?;
         let mut learned = Vec::new();
         for (fit, job) in fits.iter().zip(jobs) {
             let process = self.process(&fit.model[chosen], job);
@@ -216,7 +220,10 @@ impl Learner<'_> {
         match self.args.rank {
             Some(RankArg::Given(rank)) => vec![rank],
             _ if n_contexts <= FEW_CONTEXTS => (1..=n_contexts).collect(),
-            _ => RANKS.into_iter().filter(|rank| *rank <= n_contexts).collect(),
+            _ => RANKS
+                .into_iter()
+                .filter(|rank| *rank <= n_contexts)
+                .collect(),
         }
     }
 

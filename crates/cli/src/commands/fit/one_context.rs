@@ -55,11 +55,7 @@ pub fn learn(
     Ok(model.map_err(unusable)?.to_bytes())
 }
 
-fn joint_model(
-    args: &Args,
-    x: MatRef<'_, f64>,
-    torques: &[f64],
-) -> Result<JointModel, GpError> {
+fn joint_model(args: &Args, x: MatRef<'_, f64>, torques: &[f64]) -> Result<JointModel, GpError> {
     let mut options = match args.starts {
         StartsArg::Chapter => FitOptions::chapter(),
         StartsArg::Several => FitOptions::several(),
