@@ -122,7 +122,7 @@ fn read(
 ) -> Result<(Samples, Vec<usize>), CliError> {
     let whose = args.model.display().to_string();
     let asked = args.data.context.as_deref();
-    let contexts = match model {
+    let contexts: &[String] = match model {
         LearnedModel::OneContext(_) => &[],
         LearnedModel::ManyContexts(model) => model.contexts(),
     };

@@ -1,5 +1,7 @@
 //! `torque-gp inspect`: what a model file says of itself.
 
+mod description;
+
 use std::path::PathBuf;
 
 use gp_core::{FitSummary, ModelFileKind, TorqueModel, TrainingRanges};
@@ -12,8 +14,6 @@ use crate::error::CliError;
 use crate::hyperparameter_file::Hyperparameters;
 use crate::model_file::LearnedModel;
 use crate::printed::PrintArgs;
-
-mod description;
 
 /// What a model file holds: joints, contexts, hyperparameters, how contexts are related, how it was fitted
 ///
@@ -56,17 +56,17 @@ pub fn run(args: &Args) -> Result<(), CliError> {
 
 /// A context and its data.
 #[derive(Serialize)]
-struct ContextDescription {
-    context: String,
-    n_samples: usize,
+pub struct ContextDescription {
+    pub context: String,
+    pub n_samples: usize,
 }
 
 /// How the rank was chosen.
 #[derive(Serialize)]
-struct SelectionDescription {
-    criterion: String,
-    ranks: Vec<usize>,
-    values: Vec<f64>,
+pub struct SelectionDescription {
+    pub criterion: String,
+    pub ranks: Vec<usize>,
+    pub values: Vec<f64>,
 }
 
 fn of_one_context(model: &TorqueModel) -> Description {

@@ -131,7 +131,7 @@ impl ModelFileError {
 pub fn encode_model(kind: ModelFileKind, record: &impl Serialize) -> Vec<u8> {
     let payload = bincode::serde::encode_to_vec(record, encoding())
         .expect("a record of numbers, strings and lists has an encoding");
-    framed(kind.code() << 16 | FORMAT_VERSION, &payload)
+    framed((kind.code() << 16) | FORMAT_VERSION, &payload)
 }
 
 /// The record in the bytes of a model file.
@@ -339,7 +339,7 @@ mod tests {
     #[test]
     fn a_kind_that_is_not_known_or_not_asked_for_is_named() {
         let payload = small_model().to_bytes().split_off(HEADER);
-        let of_kind = |code: u32| framed(code << 16 | FORMAT_VERSION, &payload);
+        let of_kind = |code: u32| framed((code << 16) | FORMAT_VERSION, &payload);
         let error = TorqueModel::from_bytes(&of_kind(1)).unwrap_err();
         let expected = "model file holds a model of several contexts, not a model of one context";
         assert_eq!(error.to_string(), expected);
