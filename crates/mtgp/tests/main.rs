@@ -6,6 +6,7 @@
     reason = "values worked by hand are exact in binary"
 )]
 
+mod all_tasks;
 mod bad_input;
 mod eq_16;
 mod eq_17;

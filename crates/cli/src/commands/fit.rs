@@ -134,7 +134,7 @@ impl CriterionArg {
 enum StartsArg {
     /// The one of the data's moments (eq. 22 of the chapter)
     Chapter,
-    /// That one and three variations of it; the highest likelihood is kept
+    /// That one and three variations of it, beyond 512 rows on more and more of them; the highest likelihood is kept
     Several,
 }
 

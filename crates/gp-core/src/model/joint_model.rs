@@ -64,7 +64,7 @@ impl FitSummary {
         Self {
             log_marginal: report.log_marginal,
             start: report.winning_start().kind.to_string(),
-            n_starts: report.starts.len(),
+            n_starts: report.stages.first().map_or(0, |stage| stage.starts.len()),
             evaluations: report.evaluations(),
             bounds_hit: report.bounds_hit.clone(),
             condition_lower_bound: report.condition_lower_bound,

@@ -16,7 +16,14 @@ use super::Objective;
 use super::line_search::{StrongWolfe, VALUE_NOISE, largest};
 
 /// Pairs of steps and gradient changes that approximate the Hessian.
+///
+/// Beyond `FEW` coordinates all pairs of a search are kept, more or less: the entries
+/// of a task factor beside a small σ have curvatures that span ten orders of magnitude.
+/// Measured on 280 samples of 14 loads, rank 4, 95 coordinates: after 3000 evaluations
+/// 562 nats with 30 pairs; 584 nats and at rest after 2100 with 400.
 const HISTORY: usize = 30;
+const LONG_HISTORY: usize = 400;
+const FEW: usize = 48;
 
 /// Points whose value and gradient are kept; more than one line search makes.
 const REMEMBERED: usize = 24;
@@ -44,6 +51,8 @@ pub enum StopReason {
     ValueStalled,
     /// The evaluations are used up.
     EvaluationLimit,
+    /// The work that the objective may take is used up.
+    WorkLimit,
     /// Line searches kept failing, although each restart still gained something.
     RecoveryLimit,
     /// The function is undefined at the start.
@@ -155,6 +164,9 @@ fn search(
         if now.projected_gradient(&best) <= options.gradient_tolerance {
             return StopReason::GradientSmall;
         }
+        if now.objective.is_spent() {
+            return StopReason::WorkLimit;
+        }
         if now.is_exhausted() {
             return StopReason::EvaluationLimit;
         }
@@ -180,7 +192,12 @@ fn lbfgs_round(
     start: &[f64],
     options: &MinimizeOptions,
 ) -> usize {
-    let solver = LBFGS::new(StrongWolfe::default(), HISTORY)
+    let history = if start.len() > FEW {
+        LONG_HISTORY
+    } else {
+        HISTORY
+    };
+    let solver = LBFGS::new(StrongWolfe::default(), history)
         .with_tolerance_grad(options.gradient_tolerance)
         .and_then(|solver| solver.with_tolerance_cost(options.value_tolerance));
     let Ok(solver) = solver else {
@@ -300,7 +317,7 @@ impl<'a> Record<'a> {
     }
 
     fn is_exhausted(&self) -> bool {
-        self.evaluations >= self.max_evaluations
+        self.evaluations >= self.max_evaluations || self.objective.is_spent()
     }
 }
 
