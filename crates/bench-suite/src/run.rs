@@ -160,8 +160,8 @@ pub(crate) fn side_by_side<W: Work>(
         record
     };
     let mut results: Vec<(usize, Result<W::Record, BenchError>)> = order
-        .into_par_iter()
-        .with_max_len(1)
+        .iter()
+        .par_bridge() // one after another to whoever is free; halves would not keep the order
         .map(|&i| (i, one(&work[i])))
         .collect();
     progress.end();

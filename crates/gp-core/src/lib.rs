@@ -44,6 +44,7 @@ pub use model::{
     ProcessPredictor, Provenance, ProvenanceRecord, RangesRecord, Scaling, SummaryRecord,
     TorqueModel, TrainingRanges, decode_model, encode_model,
 };
+pub use nested::spread_rows;
 pub use optimize::{Curvature, StopReason};
 pub use posterior::{Posterior, Prediction};
 pub use search::{Likelihood, SearchEnd, search, search_near};

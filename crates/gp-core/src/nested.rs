@@ -38,7 +38,7 @@ pub(crate) fn stage_sizes(n_samples: usize) -> Vec<usize> {
 /// # Source
 /// The golden ratio's multiples are the most evenly spread: Knuth, The Art of
 /// Computer Programming 3, sec. 6.4, theorem S.
-pub(crate) fn spread_rows(n_samples: usize, n: usize) -> Vec<usize> {
+pub fn spread_rows(n_samples: usize, n: usize) -> Vec<usize> {
     assert!(n <= n_samples);
     let mut order: Vec<usize> = (0..n_samples).collect();
     order.sort_by_key(|&row| golden_fraction(row));

@@ -174,9 +174,7 @@ fn search_scaled<C: Covariance + Clone>(
     let work = Cell::new(opening.as_ref().map_or(0.0, |opening| opening.work));
     let n_samples = evidence.n_samples();
     // The first point of the search is the opening, which has been evaluated.
-    let n_before = opening
-        .as_ref()
-        .map_or(0, |opening| opening.evaluations - 1);
+    let n_before = opening.as_ref().map_or(0, |known| known.evaluations - 1);
     let negative_log_marginal = |theta: &[f64], gradient: &mut [f64]| {
         let (of_covariance, noise_std) = split_noise(theta);
         trial.set_params(of_covariance);

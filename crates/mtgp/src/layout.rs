@@ -6,6 +6,7 @@
 use std::cmp::Ordering;
 
 use faer::{Mat, MatRef};
+use gp_core::spread_rows;
 
 use crate::error::MtgpError;
 
@@ -89,6 +90,32 @@ impl Stacked {
     pub fn stack(&self, values: &[f64]) -> Vec<f64> {
         assert_eq!(values.len(), self.order.len(), "one value per sample");
         self.order.iter().map(|&given| values[given]).collect()
+    }
+
+    /// About `n_samples` of the samples, spread evenly over those of each task, and their rows.
+    ///
+    /// Of each task at least one.
+    /// # Shapes
+    /// m tasks as before; one row of this for each sample of the result.
+    /// # Errors
+    /// None for what was built by [`Stacked::new`].
+    pub fn spread(&self, n_samples: usize) -> Result<(Self, Vec<usize>), MtgpError> {
+        let n = self.tasks.len();
+        let mut rows = Vec::new();
+        let mut first = 0;
+        for &count in &self.counts {
+            let wanted = (count * n_samples).div_ceil(n).clamp(1, count);
+            rows.extend(
+                spread_rows(count, wanted)
+                    .into_iter()
+                    .map(|row| first + row),
+            );
+            first += count;
+        }
+        let x = self.covariates();
+        let part = Mat::from_fn(rows.len(), x.ncols(), |row, col| x[(rows[row], col)]);
+        let tasks: Vec<usize> = rows.iter().map(|&row| self.tasks[row]).collect();
+        Ok((Self::new(part.as_ref(), &tasks, self.n_tasks())?, rows))
     }
 
     /// The distinct inputs over all tasks, and which of them each row has.

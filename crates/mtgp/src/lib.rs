@@ -6,6 +6,7 @@ mod bic;
 mod climb;
 mod error;
 mod kron;
+mod ladder;
 mod layout;
 mod model;
 mod noise_free;
@@ -27,6 +28,7 @@ pub use bic::{
 };
 pub use error::MtgpError;
 pub use kron::{BlockGradient, CompleteBlock};
+pub use ladder::fit_ranks;
 pub use layout::{Stacked, with_task};
 pub use model::{ContextPredictor, ModelParts, MultiTaskModel, RankSelection, TaskProcess};
 pub use noise_free::NoiseFreeBlock;

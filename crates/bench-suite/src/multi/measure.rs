@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use faer::Mat;
-use mtgp::{MultiTaskOptions, Stacked, StageOne, TaskFit, fit_rank_from};
+use mtgp::{MultiTaskOptions, Stacked, StageOne, TaskFit, fit_ranks};
 
 use super::draw::nested;
 use super::model::MultiModel;
@@ -100,8 +100,8 @@ impl Training {
 
 /// Fits and scores all models of a unit; sequential, and the same bits on every call but for the seconds.
 ///
-/// pGP and iGP are learned once; each mGP starts as A.3 says, from the mGP of the rank below,
-/// and from the mGP of its own rank that was learned from part of the samples.
+/// pGP and iGP are learned once; the mGPs are searched together, and each counts an equal
+/// part of their seconds.
 ///
 /// # Errors
 /// `Fit` or `MultiTask` if a model cannot be fitted; the errors of [`nmse`].
@@ -110,93 +110,34 @@ impl Training {
 /// # Source
 /// Section 4.6; A.3.
 pub fn measure(unit: &Unit, bench: &Bench<'_>) -> Result<UnitRecord, BenchError> {
-    let options = MultiTaskOptions::several();
-    let ranks: Vec<usize> = unit.models.iter().filter_map(|m| m.rank()).collect();
-    let mut rung = Rung::default();
-    let smaller = if ranks.is_empty() {
-        Vec::new()
-    } else {
-        smaller_sizes(unit.n_each())
-    };
-    for n_each in smaller {
-        let part = Unit {
-            n_total: n_each * unit.n_contexts,
-            ..unit.clone()
-        };
-        let training = Training::draw(&part, bench)?;
-        let (stage_one, _) = stage_one(&training, &options)?;
-        rung = rung.next(&ranks, &training, &stage_one, &options)?;
-    }
-
     let training = Training::draw(unit, bench)?;
+    let options = MultiTaskOptions::several();
     let (stage_one, seconds) = stage_one(&training, &options)?;
-    let rung = rung.next(&ranks, &training, &stage_one, &options)?;
-    let record_of = |&model: &MultiModel| match model {
-        MultiModel::Single => single(unit, bench, &training),
-        MultiModel::Pooled => scored(unit, bench, model, &stage_one.pooled, seconds[0]),
-        MultiModel::Independent => scored(unit, bench, model, &stage_one.independent, seconds[1]),
-        MultiModel::Transfer { rank } => {
-            let climbed = &rung.0[&rank];
-            scored(unit, bench, model, &climbed.fit, climbed.seconds)
-        }
-    };
+    let ranks: Vec<usize> = unit.models.iter().filter_map(|m| m.rank()).collect();
+    let start = Instant::now();
+    let (data, targets) = (&training.stacked, &training.targets);
+    let fits = fit_ranks(data, targets, &ranks, &stage_one, &options)?;
+    let seconds_each = start.elapsed().as_secs_f64() / ranks.len().max(1) as f64;
+    let mut fits = fits.iter();
+
+    let mut models = Vec::new();
+    for &model in &unit.models {
+        models.push(match model {
+            MultiModel::Single => single(unit, bench, &training)?,
+            MultiModel::Pooled => scored(unit, bench, model, &stage_one.pooled, seconds[0])?,
+            MultiModel::Independent => {
+                scored(unit, bench, model, &stage_one.independent, seconds[1])?
+            }
+            MultiModel::Transfer { .. } => {
+                let fit = fits.next().expect("one fit a rank");
+                scored(unit, bench, model, fit, seconds_each)?
+            }
+        });
+    }
     Ok(UnitRecord {
         unit: unit.clone(),
-        models: unit
-            .models
-            .iter()
-            .map(record_of)
-            .collect::<Result<_, _>>()?,
+        models,
     })
-}
-
-/// Samples of each context in the searches before the last, ascending: 20, 40, 80, ….
-///
-/// A search for Λ takes a thousand likelihoods or more from afar and a few dozen from
-/// nearby, so the many are computed on few samples.
-fn smaller_sizes(n_each: usize) -> Vec<usize> {
-    let doubled = std::iter::successors(Some(FIRST_RUNG), |n| Some(2 * n));
-    doubled.take_while(|&n| 4 * n <= 3 * n_each).collect()
-}
-
-/// Samples of each context that the first search sees.
-const FIRST_RUNG: usize = 20;
-
-/// The mGPs of one size, by rank.
-#[derive(Default)]
-struct Rung(BTreeMap<usize, Climbed>);
-
-/// An mGP, and the seconds of its searches on all sizes so far.
-struct Climbed {
-    fit: TaskFit,
-    seconds: f64,
-}
-
-impl Rung {
-    /// The mGPs of the same ranks on more samples.
-    fn next(
-        &self,
-        ranks: &[usize],
-        training: &Training,
-        stage_one: &StageOne,
-        options: &MultiTaskOptions,
-    ) -> Result<Self, BenchError> {
-        let (data, targets) = (&training.stacked, &training.targets);
-        let mut climbed: BTreeMap<usize, Climbed> = BTreeMap::new();
-        for &rank in ranks {
-            let start = Instant::now();
-            let before = self.0.get(&rank);
-            let below = climbed
-                .range(..rank)
-                .next_back()
-                .map(|(_, below)| &below.fit);
-            let warm: Vec<&TaskFit> = below.into_iter().chain(before.map(|b| &b.fit)).collect();
-            let fit = fit_rank_from(data, targets, rank, stage_one, &warm, options)?;
-            let seconds = start.elapsed().as_secs_f64() + before.map_or(0.0, |b| b.seconds);
-            climbed.insert(rank, Climbed { fit, seconds });
-        }
-        Ok(Self(climbed))
-    }
 }
 
 /// Steps 1 and 2 of A.3, with the seconds of pGP and of iGP; the latter's take in step 2.
