@@ -7,7 +7,7 @@ use kernels::Covariance;
 use mtgp::{
     Criterion, ModelParts, MtgpError, MultiTaskCovariance, MultiTaskModel, MultiTaskOptions,
     RankCandidate, RankCounts, RankSelection, Stacked, StageOne, TaskFit, TaskFitReport,
-    TaskProcess, choose_rank, fit_independent, fit_pooled, fit_rank,
+    TaskProcess, choose_rank, fit_independent, fit_pooled, fit_ranks,
 };
 
 use crate::commands::fit::report::{self, Line};
@@ -204,14 +204,8 @@ impl Learner<'_> {
             _ => {}
         }
         let stage_one = StageOne::new(data, &targets, &options)?;
-        let mut candidates = Vec::new();
-        let mut lower: Option<TaskFit> = None;
-        for rank in self.ranks() {
-            let fit = fit_rank(data, &targets, rank, &stage_one, lower.as_ref(), &options)?;
-            candidates.push((&fit).into());
-            lower = Some(fit);
-        }
-        Ok(candidates)
+        let fits = fit_ranks(data, &targets, &self.ranks(), &stage_one, &options)?;
+        Ok(fits.iter().map(Into::into).collect())
     }
 
     /// Ranks to try, ascending.
