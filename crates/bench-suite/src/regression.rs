@@ -100,7 +100,7 @@ impl Scores {
         let mut text = String::from("joint,model,set,n,nmse\n");
         for (key, value) in &self.0 {
             let (joint, model, set, n) = (key.joint, &key.model, key.set.name(), key.n);
-            text.push_str(&format!("{joint},{model},{set},{n},{value:e}\n"));
+            text += &format!("{joint},{model},{set},{n},{value:e}\n");
         }
         text
     }

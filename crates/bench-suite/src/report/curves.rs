@@ -256,6 +256,7 @@ pub(crate) mod tests {
         let point = curves(&records)
             .at(&key(Series::Pooled, Statistic::Average), 280)
             .unwrap();
-        assert_eq!([point.low, point.value, point.high], [20.0, 40.0, 140.0]);
+        let bits = [point.low, point.value, point.high].map(f64::to_bits);
+        assert_eq!(bits, [20.0_f64, 40.0, 140.0].map(f64::to_bits));
     }
 }

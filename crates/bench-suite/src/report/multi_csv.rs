@@ -25,7 +25,7 @@ pub fn fits(records: &[UnitRecord]) -> String {
     let mut text = String::from(header);
     for (unit, model) in each_model(records) {
         for (i, fit) in model.fits.iter().enumerate() {
-            text.push_str(&format!("{unit},{},{}\n", i + 1, columns(fit)));
+            text += &format!("{unit},{},{}\n", i + 1, columns(fit));
         }
     }
     text
@@ -36,7 +36,7 @@ pub fn seconds(records: &[UnitRecord]) -> String {
     let mut text = String::from("draw,joint,n,model,seconds_fit,seconds_predict\n");
     for (unit, model) in each_model(records) {
         let (fit, predict) = (model.seconds_fit, model.seconds_predict);
-        text.push_str(&format!("{unit},{fit:.6},{predict:.6}\n"));
+        text += &format!("{unit},{fit:.6},{predict:.6}\n");
     }
     text
 }
@@ -50,9 +50,7 @@ pub fn curves(curves: &Curves) -> String {
                 (key.set.name(), key.statistic.name(), key.series.name());
             let numbers = [point.value, point.low, point.high].map(|v| format!("{v:e}"));
             let (joint, n, numbers) = (key.joint, point.n, numbers.join(","));
-            text.push_str(&format!(
-                "{joint},{set},{statistic},{series},{n},{numbers}\n"
-            ));
+            text += &format!("{joint},{set},{statistic},{series},{n},{numbers}\n");
         }
     }
     text
