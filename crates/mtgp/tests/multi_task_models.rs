@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use gp_core::{FitPosterior, FitSummary, LikelihoodOptions, Method, Provenance, TrainingRanges};
-use kernels::{TorqueCovariance, TorqueForm, TorqueParams};
+use kernels::{TorqueCovariance, TorqueParams};
 use mtgp::{
     ModelParts, MultiTaskCovariance, MultiTaskModel, RankSelection, Stacked, TaskCovariance,
     TaskFactor, TaskProcess, with_task,
