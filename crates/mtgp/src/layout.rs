@@ -178,6 +178,15 @@ pub(crate) fn split(rows: MatRef<'_, f64>, n_tasks: usize) -> (MatRef<'_, f64>, 
     (rows.subcols(0, d), tasks.collect())
 }
 
+/// Whether the last column of rows holds whole numbers below `n_tasks`.
+pub(crate) fn are_rows_of_tasks(rows: MatRef<'_, f64>, n_tasks: usize) -> bool {
+    rows.ncols() > 0 && (rows.col(rows.ncols() - 1).iter()).all(|value| is_task(*value, n_tasks))
+}
+
+fn is_task(value: f64, n_tasks: usize) -> bool {
+    value >= 0.0 && value < n_tasks as f64 && value.fract() == 0.0
+}
+
 /// The task that a number of the last column stands for.
 #[allow(
     clippy::cast_possible_truncation,
@@ -185,8 +194,10 @@ pub(crate) fn split(rows: MatRef<'_, f64>, n_tasks: usize) -> (MatRef<'_, f64>, 
     reason = "checked to be a whole number below a count"
 )]
 fn task_of(value: f64, n_tasks: usize) -> usize {
-    let is_task = value >= 0.0 && value < n_tasks as f64 && value.fract() == 0.0;
-    assert!(is_task, "{value} is not one of {n_tasks} tasks");
+    assert!(
+        is_task(value, n_tasks),
+        "{value} is not one of {n_tasks} tasks"
+    );
     value as usize
 }
 

@@ -20,6 +20,8 @@ mod identities;
 mod laws;
 mod layout;
 mod memory;
+mod model_file;
+mod multi_task_models;
 mod repeated_inputs;
 mod staged;
 mod task_noise;
