@@ -41,7 +41,9 @@ fn factor_rows(rows: &[Expected], is_full: bool) -> String {
         factor[entry.place.0].push(entry.theta);
     }
     if is_full {
-        factor.iter_mut().for_each(|row| row.resize(rank, 0.0));
+        for row in &mut factor {
+            row.resize(rank, 0.0);
+        }
     }
     format!("{factor:?}")
 }
