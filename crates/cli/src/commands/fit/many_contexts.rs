@@ -63,6 +63,9 @@ struct Candidate {
     report: TaskFitReport,
 }
 
+/// The processes of the learned joints, each with the index of its joint.
+type JointProcesses = Vec<(usize, TaskProcess)>;
+
 impl From<&TaskFit> for Candidate {
     fn from(fit: &TaskFit) -> Self {
         Self {
@@ -158,7 +161,7 @@ impl Learner<'_> {
     }
 
     /// Learns all joints at all ranks, then chooses.
-    fn learn_all(&self) -> Result<(Vec<(usize, TaskProcess)>, Option<RankSelection>), CliError> {
+    fn learn_all(&self) -> Result<(JointProcesses, Option<RankSelection>), CliError> {
         let (jobs, names) = (&self.samples.torques, self.joint_names);
         let candidates = |job: &JointTorques| self.candidates(job);
         let fits = learn_all(jobs, names, self.file, self.args.threads, candidates)?;

@@ -65,14 +65,13 @@ impl Description {
         provenance: &Provenance,
         ranges: &TrainingRanges,
     ) -> Self {
-        let hex = provenance.data_sha256.iter();
         Self {
             kind: match kind {
                 ModelFileKind::OneContext => "one context",
                 ModelFileKind::ManyContexts => "several contexts",
             },
             program: provenance.program.clone(),
-            data_sha256: hex.map(|byte| format!("{byte:02x}")).collect(),
+            data_sha256: hex(&provenance.data_sha256),
             n_samples: ranges.n_samples(),
             context: None,
             contexts: None,
@@ -126,10 +125,8 @@ impl JointDescription {
             let rows: Vec<_> = entries
                 .map(|(name, value)| vec![name, format!("{value:.6e}")])
                 .collect();
-            text += &format!(
-                "\n{}",
-                text_table::render(&["hyperparameter", "value"], &rows)
-            );
+            let table = text_table::render(&["hyperparameter", "value"], &rows);
+            let _ = write!(text, "\n{table}");
         }
         for (name, matrix) in [("K", &self.k_task), ("correlation", &self.correlations)] {
             if let Some(matrix) = matrix {
@@ -171,4 +168,12 @@ fn matrix_table(name: &str, matrix: &[Vec<f64>], contexts: &[&str]) -> String {
             .collect()
     });
     text_table::render(&header, &rows.collect::<Vec<Vec<String>>>())
+}
+
+/// Bytes as hexadecimal digits.
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
 }
