@@ -361,7 +361,7 @@ mod tests {
         assert!(
             found
                 .iter()
-                .any(|gap| gap.starts_with("eq. (18): implemented")),
+                .any(|gap| gap.starts_with("eq. (20): implemented")),
             "{found:?}"
         );
     }

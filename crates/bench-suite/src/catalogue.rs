@@ -1,7 +1,8 @@
-//! The experiments by name: those about the data and those with one context.
+//! The experiments by name: those about the data, those with one context and those with many.
 
 use crate::data_figures::spec::DataExperiment;
 use crate::error::BenchError;
+use crate::multi::spec::MultiExperiment;
 use crate::spec::Experiment;
 
 /// Experiments, each kind in the order of the chapter.
@@ -11,6 +12,8 @@ pub struct Catalogue {
     pub data: Vec<DataExperiment>,
     /// Section 3.4.
     pub one: Vec<Experiment>,
+    /// Section 4.6.
+    pub many: Vec<MultiExperiment>,
 }
 
 impl Catalogue {
@@ -22,6 +25,7 @@ impl Catalogue {
         Ok(Self {
             data: DataExperiment::all()?,
             one: Experiment::all()?,
+            many: MultiExperiment::all()?,
         })
     }
 
@@ -46,13 +50,17 @@ impl Catalogue {
         catalogue
             .one
             .retain(|experiment| is_chosen(&experiment.name));
+        catalogue
+            .many
+            .retain(|experiment| is_chosen(&experiment.name));
         Ok(catalogue)
     }
 
     fn names(&self) -> Vec<String> {
         let data = self.data.iter().map(|experiment| &experiment.name);
         let one = self.one.iter().map(|experiment| &experiment.name);
-        data.chain(one).cloned().collect()
+        let many = self.many.iter().map(|experiment| &experiment.name);
+        data.chain(one).chain(many).cloned().collect()
     }
 }
 
@@ -63,9 +71,9 @@ mod tests {
     #[test]
     fn no_name_means_all_and_names_choose_across_the_kinds() {
         let all = Catalogue::named(&[]).unwrap();
-        assert_eq!((all.data.len(), all.one.len()), (7, 3));
-        let some = Catalogue::named(&["fig08".to_string(), "fig03".to_string()]).unwrap();
-        assert_eq!(some.names(), ["fig03", "fig08"]);
+        assert_eq!((all.data.len(), all.one.len(), all.many.len()), (7, 3, 2));
+        let some = Catalogue::named(&["fig11", "fig08", "fig03"].map(String::from)).unwrap();
+        assert_eq!(some.names(), ["fig03", "fig08", "fig11"]);
     }
 
     #[test]
@@ -73,7 +81,7 @@ mod tests {
         let error = Catalogue::named(&["fig70".to_string()]).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "unknown experiment \"fig70\"; known: fig02, table1, fig03, fig04, fig05, fig06, table2, table3, fig07, fig08"
+            "unknown experiment \"fig70\"; known: fig02, table1, fig03, fig04, fig05, fig06, table2, table3, fig07, fig08, fig10, fig11"
         );
     }
 }

@@ -148,19 +148,25 @@ pub struct FitSummary {
     pub rank: usize,
     /// Bound on the error of the log marginal likelihood, in nats.
     pub error_bound: f64,
-    /// Every start, in the order tried.
+    /// Every search, in the order made: on the smallest subset of the samples first.
     pub starts: Vec<StartSummary>,
 }
 
-/// Where the search from one start ended.
+/// Where one search ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StartSummary {
-    /// Name of the start.
+    /// Samples that it saw.
+    pub samples: usize,
+    /// Name of the start that it goes back to.
     pub name: String,
     /// Eq. (8) at its end; −∞ if it is undefined at the start.
     pub log_marginal_likelihood: f64,
     /// Evaluations of eq. (8).
     pub evaluations: usize,
+    /// Their work, in evaluations by the dense path on the same samples.
+    pub work: f64,
+    /// Largest component of the projected gradient at the end.
+    pub projected_gradient: f64,
     /// Why it ended.
     pub stop: String,
 }

@@ -81,6 +81,9 @@ pub enum BenchError {
     /// A model could not be fitted.
     #[error("fit: {0}")]
     Fit(#[from] gp_core::GpError),
+    /// A model of several contexts could not be fitted.
+    #[error("fit of several contexts: {0}")]
+    MultiTask(#[from] mtgp::MtgpError),
 }
 
 impl BenchError {

@@ -7,7 +7,7 @@ use bench_suite::spec::{MAX_SIZE, N_JOINTS, Profile};
 use bench_suite::split::UNIQUE;
 use clap::{Args, Parser, Subcommand};
 
-/// Experiments of the chapter, section 3.4.
+/// Experiments of the chapter, sections 3.4 and 4.6.
 #[derive(Debug, Parser)]
 #[command(name = "bench-suite", version)]
 pub struct Flags {
@@ -45,12 +45,18 @@ pub struct ReproducePaper {
     /// These joints instead of the profile's, from 1
     #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = number_up_to::<N_JOINTS>)]
     pub joints: Option<Vec<usize>>,
-    /// These loads instead of all: c1 or 1, …
+    /// These loads instead of all, with one context: c1 or 1, …
     #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = load)]
     pub loads: Option<Vec<usize>>,
-    /// These training-set sizes instead of the profile's
+    /// These training-set sizes instead of the profile's, with one context
     #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = number_up_to::<MAX_SIZE>)]
     pub sizes: Option<Vec<usize>>,
+    /// These sizes of all 14 contexts together instead of the profile's, in figures 10 and 11
+    #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = number_up_to::<{ 14 * MAX_SIZE }>)]
+    pub totals: Option<Vec<usize>>,
+    /// Draws of the training subsets of figures 10 and 11, which then show a band
+    #[arg(long, default_value_t = 1, value_name = "K", value_parser = number_up_to::<100>)]
+    pub repeats: usize,
     /// Threads; 0 is one a core
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub threads: usize,

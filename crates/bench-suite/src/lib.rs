@@ -11,6 +11,7 @@ pub mod manifest;
 pub mod measure;
 pub mod metrics;
 pub mod models;
+pub mod multi;
 pub mod progress;
 pub mod regression;
 pub mod report;

@@ -12,12 +12,15 @@ use std::process::ExitCode;
 use anyhow::Context;
 use bench_suite::BenchError;
 use bench_suite::catalogue::Catalogue;
-use bench_suite::regression;
-use bench_suite::report::{averages, durations};
-use bench_suite::reproduce::{Reproduction, Request, reproduce};
-use bench_suite::run::Reuse;
+use bench_suite::multi::spec::MultiSelection;
+use bench_suite::regression::{self, Scores};
+use bench_suite::report::{durations, multi_durations};
+use bench_suite::reproduce::{
+    Findings, ManyContexts, OneContext, Reproduction, Request, reproduce,
+};
+use bench_suite::run::{Reuse, RunOutcome};
 use bench_suite::spec::{Profile, Selection};
-use bench_suite::store::write_atomically;
+use bench_suite::store::{Work, write_atomically};
 use clap::Parser;
 
 use crate::flags::{Command, Flags, NmseRegression, ReproducePaper, root};
@@ -38,7 +41,9 @@ fn main() -> ExitCode {
 fn complain(error: &anyhow::Error) -> ExitCode {
     eprintln!("error: {error:#}");
     match error.downcast_ref() {
-        Some(BenchError::UnknownName { .. }) => ExitCode::from(BAD_REQUEST),
+        Some(BenchError::UnknownName { .. } | BenchError::Experiment { .. }) => {
+            ExitCode::from(BAD_REQUEST)
+        }
         _ => ExitCode::FAILURE,
     }
 }
@@ -48,6 +53,11 @@ fn reproduce_paper(flags: ReproducePaper) -> anyhow::Result<ExitCode> {
         profile: flags.profile,
         only: flags.only,
         output: flags.output,
+        multi_selection: MultiSelection {
+            joints: flags.joints.clone(),
+            totals: flags.totals,
+            n_more_repeats: flags.repeats - 1,
+        },
         selection: Selection {
             loads: flags.loads,
             joints: flags.joints,
@@ -58,7 +68,7 @@ fn reproduce_paper(flags: ReproducePaper) -> anyhow::Result<ExitCode> {
         command: typed_command(),
     })?;
     print(&reproduction);
-    Ok(status(reproduction.outcome.failures.is_empty()))
+    Ok(status(reproduction.is_complete()))
 }
 
 fn status(is_good: bool) -> ExitCode {
@@ -70,37 +80,63 @@ fn status(is_good: bool) -> ExitCode {
 }
 
 fn print(reproduction: &Reproduction) {
-    if let Some(table) = &reproduction.table3 {
+    print_findings(&reproduction.about_data);
+    if let Some(one) = &reproduction.one {
+        print_one(one);
+    }
+    if let Some(many) = &reproduction.many {
+        print_many(many);
+    }
+    let directory = reproduction.directory.display();
+    println!("Report, figures and CSV files: {directory}/report.md");
+}
+
+fn print_one(one: &OneContext) {
+    if let Some(table) = &one.table3 {
         println!("\nTable 3, average nMSE over the loads; ratio = ours / published\n");
         println!("{}", table.to_text());
     }
-    for (title, found) in &reproduction.findings {
+    print_findings(&one.findings);
+    print_seconds(
+        durations::TITLE,
+        &durations::by_model_and_size(&one.outcome.records).to_text(),
+        &one.outcome,
+    );
+}
+
+fn print_many(many: &ManyContexts) {
+    println!(
+        "\nRanks chosen by BIC and models that the mGPs start from (in parentheses: the chapter's)\n"
+    );
+    println!("{}", many.table.to_text());
+    print_findings(&many.findings);
+    print_seconds(
+        multi_durations::TITLE,
+        &multi_durations::by_model_and_size(&many.outcome.records).to_text(),
+        &many.outcome,
+    );
+}
+
+fn print_findings(findings: &Findings) {
+    for (title, found) in findings {
         println!("{title}:");
         for finding in found {
             println!("  {finding}");
         }
         println!();
     }
-    if reproduction.outcome.n_missing > 0 {
-        println!(
-            "{} cells are not computed yet.",
-            reproduction.outcome.n_missing
-        );
+}
+
+fn print_seconds<W: Work>(title: &str, table: &str, outcome: &RunOutcome<W>) {
+    if outcome.n_missing > 0 {
+        println!("{} of them are not computed yet.", outcome.n_missing);
     }
-    if !reproduction.outcome.records.is_empty() {
-        println!(
-            "{}:\n{}",
-            durations::TITLE,
-            durations::by_model_and_size(&reproduction.outcome.records).to_text()
-        );
-    }
-    let seconds = &reproduction.outcome.seconds;
+    println!("{title}:\n{table}");
+    let seconds = &outcome.seconds;
     println!(
-        "This run: data set {:.1} s, cells {:.1} s.",
+        "This run: data set {:.1} s, computing {:.1} s.",
         seconds.data_set, seconds.cells
     );
-    let directory = reproduction.directory.display();
-    println!("Report, figure and CSV files: {directory}/report.md");
 }
 
 fn nmse_regression(flags: &NmseRegression) -> anyhow::Result<ExitCode> {
@@ -109,6 +145,7 @@ fn nmse_regression(flags: &NmseRegression) -> anyhow::Result<ExitCode> {
         only: Vec::new(),
         output: flags.output.clone(),
         selection: Selection::default(),
+        multi_selection: MultiSelection::default(),
         n_threads: flags.threads,
         reuse: Reuse::Fits,
         command: typed_command(),
@@ -118,35 +155,43 @@ fn nmse_regression(flags: &NmseRegression) -> anyhow::Result<ExitCode> {
         return update(&path, &reproduction);
     }
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    let expected = averages::read_table(&path.display().to_string(), &text)?;
-    let moved = regression::moved(&reproduction.averages, &expected);
+    let expected = Scores::read(&path.display().to_string(), &text)?;
+    let moved = regression::moved(&scores(&reproduction), &expected);
     for line in &moved {
         println!("{line}");
     }
-    println!("{} of {} averages moved", moved.len(), expected.len());
+    println!("{} of {} averages moved", moved.len(), expected.0.len());
     Ok(status(moved.is_empty()))
 }
 
+/// Averages of the smoke profile, of one context and of many.
+fn scores(reproduction: &Reproduction) -> Scores {
+    let mut scores = Scores::default();
+    if let Some(one) = &reproduction.one {
+        scores.add_averages(&one.averages);
+    }
+    if let Some(many) = &reproduction.many {
+        scores.add_curves(&many.curves);
+    }
+    scores
+}
+
 fn update(path: &Path, reproduction: &Reproduction) -> anyhow::Result<ExitCode> {
-    let outcome = &reproduction.outcome;
     anyhow::ensure!(
-        outcome.failures.is_empty(),
+        reproduction.is_complete(),
         "cells failed; the committed file stays"
     );
-    write_atomically(
-        path,
-        averages::write_table(&reproduction.averages).as_bytes(),
-    )?;
+    write_atomically(path, scores(reproduction).to_csv().as_bytes())?;
     println!("{} renewed", path.display());
     Ok(ExitCode::SUCCESS)
 }
 
 fn list() -> anyhow::Result<ExitCode> {
-    let all = Catalogue::all()?;
-    for experiment in &all.data {
+    let catalogue = Catalogue::all()?;
+    for experiment in &catalogue.data {
         println!("{:8} {}", experiment.name, experiment.title);
     }
-    for experiment in &all.one {
+    for experiment in &catalogue.one {
         println!("{:8} {}", experiment.name, experiment.title);
         for (profile, scope) in &experiment.profile {
             let (loads, n_cells) = (scope.loads.len(), experiment.cells(scope).len());
@@ -154,6 +199,18 @@ fn list() -> anyhow::Result<ExitCode> {
             println!(
                 "         {:6} {n_cells} cells: {loads} loads, joints {joints:?}, n {sizes:?}",
                 profile.name()
+            );
+        }
+    }
+    for experiment in &catalogue.many {
+        println!("{:8} {}", experiment.name, experiment.title);
+        for (profile, scope) in &experiment.profile {
+            let (contexts, n_units) = (experiment.n_contexts, experiment.units(scope, 1).len());
+            let (joints, totals) = (&scope.joints, &scope.totals);
+            println!(
+                "         {:6} {n_units} units: {contexts} contexts, joints {joints:?}, n {totals:?}, ranks {:?}",
+                profile.name(),
+                scope.ranks
             );
         }
     }

@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 use gp_core::{
-    BayesLinear, Fit, FitOptions, LinearForm, MethodUsed, StartKind, StartReport, StopReason,
+    BayesLinear, Fit, FitOptions, LinearForm, MethodUsed, StageReport, StartKind, StopReason,
 };
 use kernels::{Covariance, TorqueForm};
 
@@ -70,22 +70,25 @@ impl Fitted {
             method: method_name(fit.report.method).to_string(),
             rank: fit.report.rank,
             error_bound: fit.report.error_bound,
-            starts: fit.report.starts.iter().map(start_summary).collect(),
+            starts: fit.report.stages.iter().flat_map(stage_summary).collect(),
         })
     }
 }
 
-fn start_summary(start: &StartReport) -> StartSummary {
-    StartSummary {
+fn stage_summary(stage: &StageReport) -> impl Iterator<Item = StartSummary> {
+    stage.starts.iter().map(|start| StartSummary {
+        samples: stage.n_samples,
         name: start_name(start.kind).to_string(),
         log_marginal_likelihood: start.log_marginal,
         evaluations: start.evaluations,
+        work: start.work,
+        projected_gradient: start.projected_gradient,
         stop: stop_name(start.stop).to_string(),
-    }
+    })
 }
 
 /// Name of a start in records and reports.
-fn start_name(kind: StartKind) -> &'static str {
+pub(crate) fn start_name(kind: StartKind) -> &'static str {
     match kind {
         StartKind::Chapter => "eq22",
         StartKind::DoubleLengthScales => "lengths-x2",
@@ -97,7 +100,7 @@ fn start_name(kind: StartKind) -> &'static str {
 }
 
 /// Name of the way the likelihood was computed.
-fn method_name(method: MethodUsed) -> &'static str {
+pub(crate) fn method_name(method: MethodUsed) -> &'static str {
     match method {
         MethodUsed::Dense => "dense",
         MethodUsed::Certified => "certified",
@@ -105,11 +108,12 @@ fn method_name(method: MethodUsed) -> &'static str {
 }
 
 /// Name of the reason why a search ended.
-fn stop_name(stop: StopReason) -> &'static str {
+pub(crate) fn stop_name(stop: StopReason) -> &'static str {
     match stop {
         StopReason::GradientSmall => "gradient-small",
         StopReason::ValueStalled => "value-stalled",
         StopReason::EvaluationLimit => "evaluation-limit",
+        StopReason::WorkLimit => "work-limit",
         StopReason::RecoveryLimit => "recovery-limit",
         StopReason::StartUndefined => "start-undefined",
         _ => "other",

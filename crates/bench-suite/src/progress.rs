@@ -1,12 +1,11 @@
 //! How far a run has come: a bar on a terminal, a plain line now and then otherwise.
 
+use std::fmt::Display;
 use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-
-use crate::cell::Cell;
 
 /// Time between two plain lines.
 const INTERVAL: Duration = Duration::from_secs(10);
@@ -53,7 +52,7 @@ impl Progress {
     }
 
     /// Counts a cell.
-    pub fn finished(&self, cell: &Cell) {
+    pub fn finished(&self, cell: &impl Display) {
         match &self.output {
             Output::Bar(bar) => {
                 bar.set_message(cell.to_string());

@@ -1,6 +1,13 @@
 //! Whether the averages of the smoke profile have moved from the committed ones.
 
-use crate::report::averages::{AverageKey, Averages, Table};
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::cell::TestSet;
+use crate::error::BenchError;
+use crate::report::averages::Averages;
+use crate::report::curves::{Curves, Statistic};
 use crate::report::text_table::{ratio, score};
 
 /// An average may get worse by this factor before it counts as broken.
@@ -8,23 +15,116 @@ pub const WORSE_AT_MOST: f64 = 1.25;
 /// An average may get better by this factor before the committed value must be renewed.
 pub const BETTER_AT_MOST: f64 = 3.0;
 
+/// What is averaged, over the loads of section 3.4 or the contexts of section 4.6.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct ScoreKey {
+    /// Joint, from 1.
+    pub joint: usize,
+    /// Name of the model.
+    pub model: String,
+    /// Test set.
+    pub set: TestSet,
+    /// Training samples.
+    pub n: usize,
+}
+
+/// Averages by key.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scores(pub BTreeMap<ScoreKey, f64>);
+
+impl Scores {
+    /// Adds the averages over the loads.
+    pub fn add_averages(&mut self, averages: &Averages) {
+        for (key, average) in &averages.0 {
+            let key = ScoreKey {
+                joint: key.joint,
+                model: key.model.name().to_string(),
+                set: key.set,
+                n: key.n,
+            };
+            self.0.insert(key, average.mean());
+        }
+    }
+
+    /// Adds the averages over the contexts.
+    pub fn add_curves(&mut self, curves: &Curves) {
+        let lines = curves.0.iter();
+        for (key, points) in lines.filter(|(key, _)| key.statistic == Statistic::Average) {
+            for point in points {
+                let key = ScoreKey {
+                    joint: key.joint,
+                    model: key.series.name().to_string(),
+                    set: key.set,
+                    n: point.n,
+                };
+                self.0.insert(key, point.value);
+            }
+        }
+    }
+
+    /// Reads a CSV with the columns joint, model, set, n, nmse.
+    ///
+    /// # Errors
+    /// `Malformed`, with the path given, if a row does not fit or a value is not positive.
+    pub fn read(path: &str, text: &str) -> Result<Self, BenchError> {
+        #[derive(Deserialize)]
+        struct Row {
+            joint: usize,
+            model: String,
+            set: TestSet,
+            n: usize,
+            nmse: f64,
+        }
+        let mut scores = Self::default();
+        let rows = csv::Reader::from_reader(text.as_bytes()).into_deserialize::<Row>();
+        for (i, row) in rows.enumerate() {
+            let row = row.map_err(|e| BenchError::malformed(path, e))?;
+            if row.nmse.is_nan() || row.nmse <= 0.0 {
+                let line = i + 2; // line 1 is the header
+                let message = format!("line {line}: nMSE {} is not positive", row.nmse);
+                return Err(BenchError::malformed(path, message));
+            }
+            let key = ScoreKey {
+                joint: row.joint,
+                model: row.model,
+                set: row.set,
+                n: row.n,
+            };
+            scores.0.insert(key, row.nmse);
+        }
+        Ok(scores)
+    }
+
+    /// The format of [`Self::read`], shortest digits that read back to the same number.
+    pub fn to_csv(&self) -> String {
+        let mut text = String::from("joint,model,set,n,nmse\n");
+        for (key, value) in &self.0 {
+            let (joint, model, set, n) = (key.joint, &key.model, key.set.name(), key.n);
+            let line = format!("{joint},{model},{set},{n},{value:e}\n");
+            text.push_str(&line);
+        }
+        text
+    }
+}
+
 /// Averages outside the band, one sentence each; empty if all is well.
 ///
 /// ```text
 /// 1/3 ≤ ours / expected ≤ 1.25
 /// ```
 /// A key that is only on one side is outside.
-pub fn moved(averages: &Averages, expected: &Table) -> Vec<String> {
+pub fn moved(ours: &Scores, expected: &Scores) -> Vec<String> {
     let mut moved: Vec<String> = expected
+        .0
         .iter()
-        .filter_map(|(key, &expected)| judge(key, averages.mean(key), expected))
+        .filter_map(|(key, &expected)| judge(key, ours.0.get(key).copied(), expected))
         .collect();
-    let unexpected = averages.0.keys().filter(|key| !expected.contains_key(key));
+    let unexpected = ours.0.keys().filter(|key| !expected.0.contains_key(key));
     moved.extend(unexpected.map(|key| format!("{}: not in the committed file", name(key))));
     moved
 }
 
-fn judge(key: &AverageKey, ours: Option<f64>, expected: f64) -> Option<String> {
+fn judge(key: &ScoreKey, ours: Option<f64>, expected: f64) -> Option<String> {
     let Some(ours) = ours else {
         return Some(format!("{}: no result", name(key)));
     };
@@ -44,21 +144,29 @@ fn judge(key: &AverageKey, ours: Option<f64>, expected: f64) -> Option<String> {
     ))
 }
 
-fn name(key: &AverageKey) -> String {
-    let AverageKey {
+fn name(key: &ScoreKey) -> String {
+    let ScoreKey {
         joint,
         model,
         set,
         n,
     } = key;
-    format!("joint {joint}, {}, {}, n = {n}", model.label(), set.name())
+    format!("joint {joint}, {model}, {}, n = {n}", set.name())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::cell::ModelKind;
-    use crate::report::averages::{read_table, tests::record};
+    use crate::report::averages::tests::record;
+    use crate::report::curves::tests::{curves, record as unit_record};
+
+    fn scores(ours: f64) -> Scores {
+        let mut scores = Scores::default();
+        let records = [record(1, 1, ModelKind::GpCoulomb, 20, ours)];
+        scores.add_averages(&Averages::of(&records));
+        scores
+    }
 
     fn moved_from(expected: f64, ours: f64) -> Vec<String> {
         let header = "joint,model,set,n,nmse";
@@ -66,8 +174,7 @@ mod tests {
             "{header}\n1,GPc,interp,20,{expected}\n1,GPc,extrap,20,{}\n",
             10.0 * expected
         );
-        let averages = Averages::of(&[record(1, 1, ModelKind::GpCoulomb, 20, ours)]);
-        moved(&averages, &read_table("x", &csv).unwrap())
+        moved(&scores(ours), &Scores::read("x", &csv).unwrap())
     }
 
     #[test]
@@ -80,14 +187,37 @@ mod tests {
 
     #[test]
     fn a_missing_and_an_unexpected_average_are_outside() {
-        let expected = read_table("x", "joint,model,set,n,nmse\n3,GPc,interp,20,1\n").unwrap();
-        let averages = Averages::of(&[record(1, 1, ModelKind::GpCoulomb, 20, 1.0)]);
-        let found = moved(&averages, &expected);
+        let expected = Scores::read("x", "joint,model,set,n,nmse\n3,GPc,interp,20,1\n").unwrap();
+        let found = moved(&scores(1.0), &expected);
         assert_eq!(found[0], "joint 3, GPc, interp, n = 20: no result");
         assert_eq!(
             found[1],
             "joint 1, GPc, interp, n = 20: not in the committed file"
         );
         assert_eq!(found.len(), 3);
+    }
+
+    #[test]
+    fn many_contexts_join_and_a_written_file_reads_back() {
+        let mut scores = scores(0.1 + 0.2);
+        scores.add_curves(&curves(&[unit_record(3, 280, [1.0, 2.0, 3.0, 4.0, 5.0])]));
+        // GPc on two sets; four models on two sets, averages only.
+        assert_eq!(scores.0.len(), 2 + 8);
+        assert_eq!(Scores::read("x", &scores.to_csv()).unwrap(), scores);
+        let key = ScoreKey {
+            joint: 3,
+            model: "mGP-BIC".to_string(),
+            set: TestSet::Interp,
+            n: 280,
+        };
+        // Contexts 4 and 12.
+        assert!((scores.0[&key] - 8.0).abs() <= 8.0 * f64::EPSILON);
+        let error = Scores::read("x.csv", "joint,model,set,n,nmse\n1,GPc,interp,20,-1\n");
+        assert!(
+            error
+                .unwrap_err()
+                .to_string()
+                .contains("line 2: nMSE -1 is not positive")
+        );
     }
 }

@@ -5,13 +5,13 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::cell::{Cell, CellRecord};
+use crate::cell::{Cell, ModelKind};
 use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::measure::measure;
 use crate::progress::Progress;
 use crate::split::Split;
-use crate::store::Store;
+use crate::store::{Store, Work};
 
 /// What may be taken from earlier runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -26,11 +26,11 @@ pub enum Reuse {
 
 /// What a run produced, in the order of the cells.
 #[derive(Debug)]
-pub struct RunOutcome {
+pub struct RunOutcome<W: Work = Cell> {
     /// Results, reused and new.
-    pub records: Vec<CellRecord>,
+    pub records: Vec<W::Record>,
     /// Cells that could not be computed, with the reason.
-    pub failures: Vec<(Cell, BenchError)>,
+    pub failures: Vec<(W, BenchError)>,
     /// Cells that were neither finished nor computed.
     pub n_missing: usize,
     /// Number of results taken from the store.
@@ -48,6 +48,9 @@ pub struct Seconds {
     pub cells: f64,
 }
 
+/// Results in the order of the work, each an error of its own, and where the time went.
+pub type Computed<W> = (Vec<Result<<W as Work>::Record, BenchError>>, Seconds);
+
 /// Runs the cells on `n_threads` threads (0: one a core).
 ///
 /// Cells run in parallel, each sequential inside, and are collected in their own order:
@@ -62,18 +65,35 @@ pub fn run(
     reuse: Reuse,
     n_threads: usize,
 ) -> Result<RunOutcome, BenchError> {
-    let mut finished: BTreeMap<Cell, CellRecord> = BTreeMap::new();
+    complete(cells, store, reuse, n_threads, |open, n_reused| {
+        compute(open, store, n_reused)
+    })
+}
+
+/// Takes finished work from the store and has the rest computed, on a pool of `n_threads` threads.
+///
+/// `compute` gets what is open, in order, and the number of results that were found.
+///
+/// # Errors
+/// As for [`run`].
+pub fn complete<W: Work>(
+    work: &BTreeSet<W>,
+    store: &Store,
+    reuse: Reuse,
+    n_threads: usize,
+    compute: impl FnOnce(&[W], usize) -> Result<Computed<W>, BenchError> + Send,
+) -> Result<RunOutcome<W>, BenchError> {
+    let mut finished: BTreeMap<W, W::Record> = BTreeMap::new();
     if reuse != Reuse::Scratch {
         finished.extend(
-            cells
-                .iter()
-                .filter_map(|c| Some((c.clone(), store.load(c)?))),
+            work.iter()
+                .filter_map(|w| Some((w.clone(), store.load(w)?))),
         );
     }
     let n_reused = finished.len();
-    let open: Vec<Cell> = cells
+    let open: Vec<W> = work
         .iter()
-        .filter(|cell| !finished.contains_key(cell))
+        .filter(|one| !finished.contains_key(one))
         .cloned()
         .collect();
     if reuse == Reuse::Results || open.is_empty() {
@@ -87,13 +107,13 @@ pub fn run(
     }
 
     let pool = thread_pool(n_threads)?;
-    let (computed, seconds) = pool.install(|| compute(&open, store, n_reused))?;
+    let (computed, seconds) = pool.install(|| compute(&open, n_reused))?;
     let mut failures = Vec::new();
-    for (cell, result) in open.into_iter().zip(computed) {
+    for (one, result) in open.into_iter().zip(computed) {
         match result {
-            Ok(record) => drop(finished.insert(cell, record)),
+            Ok(record) => drop(finished.insert(one, record)),
             Err(error @ BenchError::Io { .. }) => return Err(error),
-            Err(error) => failures.push((cell, error)),
+            Err(error) => failures.push((one, error)),
         }
     }
     Ok(RunOutcome {
@@ -106,11 +126,7 @@ pub fn run(
 }
 
 /// Results in the order of `cells`, each kept in the store as soon as it is there.
-fn compute(
-    cells: &[Cell],
-    store: &Store,
-    n_reused: usize,
-) -> Result<(Vec<Result<CellRecord, BenchError>>, Seconds), BenchError> {
+fn compute(cells: &[Cell], store: &Store, n_reused: usize) -> Result<Computed<Cell>, BenchError> {
     let start = Instant::now();
     let loads: BTreeSet<usize> = cells.iter().map(|cell| cell.load).collect();
     let data = DataSet::simulate(&loads)?;
@@ -122,29 +138,49 @@ fn compute(
     let data_set = start.elapsed().as_secs_f64();
 
     let start = Instant::now();
-    let progress = Progress::start(cells.len(), n_reused);
-    let one = |cell: &Cell| {
-        let record = measure(cell, &data, &splits[&(cell.seed.as_str(), cell.load)]);
-        let record = record.and_then(|record| store.save(&record).map(|()| record));
-        progress.finished(cell);
+    let results = side_by_side(cells, &longest_first(cells), store, n_reused, |cell| {
+        measure(cell, &data, &splits[&(cell.seed.as_str(), cell.load)])
+    });
+    let cells = start.elapsed().as_secs_f64();
+    Ok((results, Seconds { data_set, cells }))
+}
+
+/// Results in the order of `work`, started in the order of `order`; each is kept as soon as it is there.
+pub(crate) fn side_by_side<W: Work>(
+    work: &[W],
+    order: &[usize],
+    store: &Store,
+    n_reused: usize,
+    measure: impl Fn(&W) -> Result<W::Record, BenchError> + Sync,
+) -> Vec<Result<W::Record, BenchError>> {
+    let progress = Progress::start(work.len(), n_reused);
+    let one = |one: &W| {
+        let record = measure(one).and_then(|record| store.save(&record).map(|()| record));
+        progress.finished(one);
         record
     };
-    let mut results: Vec<(usize, Result<CellRecord, BenchError>)> = longest_first(cells)
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|i| (i, one(&cells[i])))
+    let mut results: Vec<(usize, Result<W::Record, BenchError>)> = order
+        .iter()
+        .par_bridge() // one after another to whoever is free; halves would not keep the order
+        .map(|&i| (i, one(&work[i])))
         .collect();
     progress.end();
     results.sort_by_key(|(i, _)| *i);
-    let results = results.into_iter().map(|(_, result)| result).collect();
-    let cells = start.elapsed().as_secs_f64();
-    Ok((results, Seconds { data_set, cells }))
+    results.into_iter().map(|(_, result)| result).collect()
 }
 
 /// Indices of the cells, those that take longest first, so that no thread is left alone with one at the end.
 fn longest_first(cells: &[Cell]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..cells.len()).collect();
-    order.sort_by_key(|&i| std::cmp::Reverse((cells[i].model.is_gp(), cells[i].n)));
+    // GP¬c takes longest: without the sgn terms its factor has no low rank.
+    let weight = |cell: &Cell| {
+        (
+            cell.model.is_gp(),
+            cell.n,
+            cell.model == ModelKind::GpSmooth,
+        )
+    };
+    order.sort_by_key(|&i| std::cmp::Reverse(weight(&cells[i])));
     order
 }
 

@@ -1,20 +1,65 @@
 //! Finished cells as files, found again by the hash of everything that determines them.
 
+use std::fmt::{Debug, Display};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use atomic_write_file::AtomicWriteFile;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::cell::{Cell, CellRecord};
 use crate::digest::sha256_hex;
 use crate::error::BenchError;
 
-/// Fingerprint of sources, data and dependencies, made by the build script.
+/// Fingerprint of sources, data and dependencies behind a cell, made by the build script.
 pub const MEASURED_BY: &str = env!("MEASURED_BY");
+/// The same for a unit of the many-contexts experiments.
+pub const MANY_MEASURED_BY: &str = env!("MANY_MEASURED_BY");
 
 /// Last line of a whole file: TOML that is cut short can still be TOML.
 const END: &str = "# end of cell\n";
+
+/// A piece of work whose result is kept: a cell, or a unit of the many-contexts experiments.
+pub trait Work: Ord + Clone + Debug + Display + Sync {
+    /// Its result.
+    type Record: Finished<Work = Self>;
+
+    /// Everything that the numbers of the result depend on.
+    fn key(&self) -> String;
+}
+
+/// The result of a piece of work.
+pub trait Finished: Clone + Debug + Send + Serialize + DeserializeOwned {
+    /// What was done.
+    type Work: Work<Record = Self>;
+
+    /// What was done.
+    fn work(&self) -> &Self::Work;
+}
+
+impl Work for Cell {
+    type Record = CellRecord;
+
+    fn key(&self) -> String {
+        format!(
+            "format 3; measured by {MEASURED_BY}; seed {}; load c{}; joint {}; model {}; n {}",
+            self.seed,
+            self.load,
+            self.joint,
+            self.model.name(),
+            self.n
+        )
+    }
+}
+
+impl Finished for CellRecord {
+    type Work = Cell;
+
+    fn work(&self) -> &Cell {
+        &self.cell
+    }
+}
 
 /// Directory of finished cells: one file a cell, written atomically, never changed.
 #[derive(Debug, Clone)]
@@ -24,9 +69,9 @@ pub struct Store {
 
 /// A file of the store: the text that was hashed, and the result.
 #[derive(Serialize, Deserialize)]
-struct StoredCell {
+struct Stored<R> {
     key: String,
-    record: CellRecord,
+    record: R,
 }
 
 impl Store {
@@ -41,42 +86,30 @@ impl Store {
     }
 
     /// Result of a cell, if it is finished; an unreadable file counts as unfinished.
-    pub fn load(&self, cell: &Cell) -> Option<CellRecord> {
-        let text = std::fs::read_to_string(self.path(cell)).ok()?;
-        let stored: StoredCell = toml::from_str(text.strip_suffix(END)?).ok()?;
-        (stored.key == key(cell) && stored.record.cell == *cell).then_some(stored.record)
+    pub fn load<W: Work>(&self, work: &W) -> Option<W::Record> {
+        let text = std::fs::read_to_string(self.path(work)).ok()?;
+        let stored: Stored<W::Record> = toml::from_str(text.strip_suffix(END)?).ok()?;
+        (stored.key == work.key() && stored.record.work() == work).then_some(stored.record)
     }
 
     /// Keeps the result of a cell.
     ///
     /// # Errors
     /// `Io` if the file cannot be written; then no file is left.
-    pub fn save(&self, record: &CellRecord) -> Result<(), BenchError> {
-        let path = self.path(&record.cell);
-        let stored = StoredCell {
-            key: key(&record.cell),
+    pub fn save<R: Finished>(&self, record: &R) -> Result<(), BenchError> {
+        let path = self.path(record.work());
+        let stored = Stored {
+            key: record.work().key(),
             record: record.clone(),
         };
         let text = toml::to_string(&stored).map_err(|e| BenchError::malformed(&path, e))?;
         write_atomically(&path, (text + END).as_bytes())
     }
 
-    fn path(&self, cell: &Cell) -> PathBuf {
-        let hash = sha256_hex(key(cell).as_bytes());
+    fn path<W: Work>(&self, work: &W) -> PathBuf {
+        let hash = sha256_hex(work.key().as_bytes());
         self.dir.join(format!("{}.toml", &hash[..32]))
     }
-}
-
-/// Everything that a cell's numbers depend on.
-fn key(cell: &Cell) -> String {
-    format!(
-        "format 2; measured by {MEASURED_BY}; seed {}; load c{}; joint {}; model {}; n {}",
-        cell.seed,
-        cell.load,
-        cell.joint,
-        cell.model.name(),
-        cell.n
-    )
 }
 
 /// Writes a file so that an interruption leaves the old contents or the new ones, never a part.
@@ -124,9 +157,12 @@ mod tests {
                 rank: 170,
                 error_bound: 1e-9,
                 starts: vec![StartSummary {
+                    samples: 170,
                     name: "eq22".into(),
                     log_marginal_likelihood: f64::NEG_INFINITY,
                     evaluations: 1,
+                    work: 1.0,
+                    projected_gradient: 0.5,
                     stop: "start-undefined".into(),
                 }],
             }),

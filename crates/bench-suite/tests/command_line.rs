@@ -16,7 +16,7 @@ fn bench_suite(arguments: &[&str], output: &Path) -> Output {
 
 #[test]
 fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 8] = [
         (
             &["reproduce-paper", "--only", "fig70"],
             "unknown experiment \"fig70\"; known: fig02, table1, fig03",
@@ -32,6 +32,14 @@ fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
         (
             &["reproduce-paper", "--sizes", "4001"],
             "not a whole number from 1 to 4000",
+        ),
+        (
+            &["reproduce-paper", "--only", "fig10", "--totals", "281"],
+            "n = 281 is not a multiple of the 14 contexts",
+        ),
+        (
+            &["reproduce-paper", "--repeats", "0"],
+            "not a whole number from 1 to 100",
         ),
         (
             &["reproduce-paper", "--profile", "huge"],
@@ -54,6 +62,8 @@ fn a_small_reproduction_writes_its_report_and_the_next_one_recomputes_nothing() 
     let dir = tempfile::tempdir().unwrap();
     let small = [
         "reproduce-paper",
+        "--only",
+        "table3,fig07,fig08",
         "--loads",
         "c4",
         "--joints",
@@ -100,7 +110,7 @@ fn a_small_reproduction_writes_its_report_and_the_next_one_recomputes_nothing() 
     }
     let page = std::fs::read_to_string(reports[0].join("report.md")).unwrap();
     assert!(
-        page.contains("cargo xtask reproduce-paper --loads c4"),
+        page.contains("cargo xtask reproduce-paper --only table3,fig07,fig08 --loads c4"),
         "{page}"
     );
 }
@@ -111,6 +121,10 @@ fn list_names_experiments_and_profiles() {
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(
         text.contains("smoke  360 cells: 15 loads, joints [1, 3, 6], n [20, 170]"),
+        "{text}"
+    );
+    assert!(
+        text.contains("full   48 units: 14 contexts, joints [1, 2, 3, 4, 5, 6], n [280, 364,"),
         "{text}"
     );
 }

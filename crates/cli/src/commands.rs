@@ -2,6 +2,7 @@
 
 pub mod evaluate;
 pub mod fit;
+pub mod inspect;
 pub mod inverse_dynamics;
 pub mod likelihood;
 pub mod predict;

@@ -6,7 +6,7 @@ use crate::error::CliError;
 use crate::table::Row;
 
 /// Name of the column that says under which load a row was measured.
-const COLUMN: &str = "context";
+pub const COLUMN: &str = "context";
 
 /// How many contexts a message lists.
 const LISTED: usize = 12;
@@ -85,22 +85,24 @@ impl ContextFilter {
     }
 
     fn listed(&self) -> String {
-        let names: Vec<String> = self
-            .seen
-            .iter()
-            .take(LISTED)
-            .map(|name| format!("`{name}`"))
-            .collect();
-        let more = if self.seen.len() > LISTED {
-            ", …"
-        } else {
-            ""
-        };
-        format!("{}{more}", names.join(", "))
+        listed(&self.seen)
     }
 }
 
-fn columns_error(file: &str, reason: String) -> CliError {
+/// The first few names, for a message.
+pub fn listed<'a>(names: impl IntoIterator<Item = &'a String>) -> String {
+    let mut names = names.into_iter();
+    let first: Vec<String> = names
+        .by_ref()
+        .take(LISTED)
+        .map(|name| format!("`{name}`"))
+        .collect();
+    let more = if names.next().is_some() { ", …" } else { "" };
+    format!("{}{more}", first.join(", "))
+}
+
+/// Columns that do not serve.
+pub fn columns_error(file: &str, reason: String) -> CliError {
     CliError::Columns {
         file: file.to_owned(),
         reason,

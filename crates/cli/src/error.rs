@@ -2,7 +2,8 @@
 
 use std::io;
 
-use gp_core::{GpError, ModelFileError};
+use gp_core::ModelFileError;
+use mtgp::MtgpError;
 use puma_dyn::DynError;
 use thiserror::Error;
 
@@ -147,7 +148,7 @@ pub enum CliError {
         /// Name of the joint.
         joint: String,
         /// Why.
-        cause: Box<GpError>,
+        cause: Box<MtgpError>,
     },
     /// Options that do not fit together, or a path that cannot be used.
     #[error("{0}")]

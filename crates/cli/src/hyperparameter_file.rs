@@ -8,13 +8,17 @@
 //! coulomb_std = [1.0, 0.1, …]             # one per joint, N·m; without it: no Coulomb friction
 //! noise_std = 0.01                        # N·m
 //! ```
+//! Data of several contexts needs more: see `context_hyperparameters.rs`.
 
 use std::path::Path;
 
 use kernels::{Covariance, TorqueCovariance, TorqueForm};
+use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor};
 use serde::{Deserialize, Serialize};
 
+use crate::context_hyperparameters::{check, full_rows, lambda, rank};
 use crate::error::CliError;
+use crate::noise_std::NoiseStd;
 use crate::toml_fault::fault;
 
 /// One number for every hyperparameter: a value, or the derivative by it.
@@ -32,8 +36,14 @@ pub struct Hyperparameters {
     /// w, one per joint.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coulomb_std: Option<Vec<f64>>,
-    /// σ.
-    pub noise_std: f64,
+    /// σ, or one for each context.
+    pub noise_std: NoiseStd,
+    /// Names of the contexts; never in a derivative.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contexts: Option<Vec<String>>,
+    /// Λ by rows, one for each context.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub task_factor: Option<Vec<Vec<f64>>>,
 }
 
 impl Hyperparameters {
@@ -54,6 +64,21 @@ impl Hyperparameters {
         Ok(parsed)
     }
 
+    /// The hyperparameters of a learned joint.
+    pub fn of(covariance: &TorqueCovariance, noise_std: f64) -> Self {
+        let params = covariance.named_params();
+        Self {
+            bias_std: params.bias_std,
+            linear_std: params.linear_std,
+            signal_std: params.signal_std,
+            length_scales: params.length_scales,
+            coulomb_std: params.coulomb_std,
+            noise_std: NoiseStd::Shared(noise_std),
+            contexts: None,
+            task_factor: None,
+        }
+    }
+
     /// The covariance function, without the noise.
     ///
     /// # Panics
@@ -69,14 +94,33 @@ impl Hyperparameters {
         covariance
     }
 
-    /// The numbers of a vector in the order of (θ, σ) of this covariance.
+    /// The covariance of several contexts, without the noise; `None` if the file names none.
+    ///
+    /// # Errors
+    /// None for hyperparameters that were read from a file.
+    /// # Panics
+    /// As for [`Hyperparameters::covariance`].
+    pub fn task_covariance(
+        &self,
+        n_joints: usize,
+    ) -> Result<Option<MultiTaskCovariance>, MtgpError> {
+        let Some(rows) = &self.task_factor else {
+            return Ok(None);
+        };
+        let task = TaskCovariance::Factor(TaskFactor::new(lambda(rows))?);
+        let input = self.covariance(n_joints);
+        Ok(Some(MultiTaskCovariance::new(input, task)))
+    }
+
+    /// The numbers of a gradient in the order (θ^x, free entries of Λ, noise), under the names of these values.
     ///
     /// # Panics
     /// If there is not one number per hyperparameter.
-    pub fn named(covariance: &TorqueCovariance, theta: &[f64]) -> Self {
+    pub fn named(&self, covariance: &TorqueCovariance, gradient: &[f64]) -> Self {
         let layout = covariance.layout();
-        assert_eq!(theta.len(), layout.len() + 1);
-        let vector = |name: &str| Some(theta[layout.range(name)?].to_vec());
+        let (of_input, rest) = gradient.split_at(layout.len());
+        let (of_factor, of_noise) = rest.split_at(rest.len() - self.noise_std.values().len());
+        let vector = |name: &str| Some(of_input[layout.range(name)?].to_vec());
         let scalar = |name: &str| vector(name).and_then(|values| values.first().copied());
         Self {
             bias_std: scalar("bias_std").unwrap_or_default(),
@@ -84,11 +128,14 @@ impl Hyperparameters {
             signal_std: scalar("signal_std").unwrap_or_default(),
             length_scales: vector("length_scales").unwrap_or_default(),
             coulomb_std: vector("coulomb_std"),
-            noise_std: theta[layout.len()],
+            noise_std: self.noise_std.with_values(of_noise),
+            contexts: None,
+            task_factor: (self.task_factor.as_ref())
+                .map(|rows| full_rows(rows.len(), rank(rows), of_factor)),
         }
     }
 
-    /// Every number with its name, counted from 1: `linear_std 4`.
+    /// Every number with its name, counted from 1: `linear_std 4`, `task_factor 3,2`.
     pub fn entries(&self) -> Vec<(String, f64)> {
         let lists = [
             ("linear_std", Some(&self.linear_std)),
@@ -104,8 +151,32 @@ impl Hyperparameters {
             .chain([("signal_std".to_owned(), self.signal_std)])
             .chain(lengths)
             .chain(coulomb)
-            .chain([("noise_std".to_owned(), self.noise_std)])
+            .chain(self.factor_entries())
+            .chain(self.noise_entries())
             .collect()
+    }
+
+    /// The entries of Λ on and below the diagonal.
+    fn factor_entries(&self) -> impl Iterator<Item = (String, f64)> {
+        let rows = self.task_factor.iter().flatten().enumerate();
+        rows.flat_map(|(row, values)| {
+            let entries = values.iter().take(row + 1).enumerate();
+            entries
+                .map(move |(col, value)| (format!("task_factor {},{}", row + 1, col + 1), *value))
+        })
+    }
+
+    fn noise_entries(&self) -> impl Iterator<Item = (String, f64)> {
+        let is_shared = matches!(self.noise_std, NoiseStd::Shared(_));
+        let values = self.noise_std.values().iter().enumerate();
+        values.map(move |(idx, value)| {
+            let number = if is_shared {
+                String::new()
+            } else {
+                format!(" {}", idx + 1)
+            };
+            (format!("noise_std{number}"), *value)
+        })
     }
 
     /// θ in the order of the covariance.
@@ -136,7 +207,12 @@ impl Hyperparameters {
         check_values("linear_std", &self.linear_std, May::BeZero)?;
         check_values("signal_std", &[self.signal_std], May::BeZero)?;
         check_values("length_scales", &self.length_scales, May::NotBeZero)?;
-        check_values("noise_std", &[self.noise_std], May::NotBeZero)
+        check_values("noise_std", self.noise_std.values(), May::NotBeZero)?;
+        check(
+            self.contexts.as_deref(),
+            self.task_factor.as_deref(),
+            &self.noise_std,
+        )
     }
 }
 

@@ -11,6 +11,9 @@
 mod columns;
 mod commands;
 mod context;
+mod context_column;
+mod context_hyperparameters;
+mod data_args;
 mod degrees;
 mod error;
 mod format;
@@ -22,13 +25,16 @@ mod malformed;
 mod messages;
 mod method;
 mod model_file;
+mod noise_std;
 mod output;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 mod payload_file;
+mod printed;
 mod range_watch;
 mod result_table;
 mod robot;
+mod row_contexts;
 mod samples;
 mod score;
 mod table;
@@ -39,7 +45,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{evaluate, fit, inverse_dynamics, likelihood, predict, simulate};
+use crate::commands::{evaluate, fit, inspect, inverse_dynamics, likelihood, predict, simulate};
 use crate::error::CliError;
 
 /// Exit status for bad input or usage, the same as clap's own.
@@ -62,6 +68,7 @@ enum Command {
     Fit(fit::Args),
     Predict(predict::Args),
     Evaluate(evaluate::Args),
+    Inspect(inspect::Args),
     Likelihood(likelihood::Args),
 }
 
@@ -72,6 +79,7 @@ fn main() -> ExitCode {
         Command::Fit(args) => fit::run(&args),
         Command::Predict(args) => predict::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
         Command::Likelihood(args) => likelihood::run(&args),
     };
     match result {

@@ -1,7 +1,7 @@
 //! The choice between the two ways to compute a likelihood.
 
 use clap::ValueEnum;
-use gp_core::{Method, MethodUsed};
+use gp_core::Method;
 
 /// How the covariance matrix of a Gaussian process is factorised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -22,13 +22,5 @@ impl MethodArg {
             Self::Dense => Method::Dense,
             Self::Certified => Method::Certified,
         }
-    }
-}
-
-/// Name of the way taken, as in the options.
-pub fn name(method: MethodUsed) -> &'static str {
-    match method {
-        MethodUsed::Dense => "dense",
-        MethodUsed::Certified => "certified",
     }
 }

@@ -4,11 +4,12 @@ use faer::Mat;
 
 use crate::columns::StateColumns;
 use crate::context::ContextFilter;
+use crate::context_column::ContextColumn;
 use crate::degrees::DegreesWatch;
 use crate::error::CliError;
 use crate::header_joints::{chosen, joints_of};
 use crate::joints::{Joints, TORQUE_UNIT};
-use crate::table::{NumberColumn, Table};
+use crate::table::{NumberColumn, Row, Table};
 
 /// The joints of a table and the columns to read.
 #[derive(Debug)]
@@ -21,14 +22,14 @@ pub struct DataColumns {
     torques: Vec<(usize, NumberColumn)>,
 }
 
-/// Rows of a table of one context.
+/// Rows of a table.
 #[derive(Debug)]
 pub struct Samples {
     /// (n, 3ℓ), columns (q, qd, qdd).
     pub x: Mat<f64>,
     /// Torques of some joints, in ascending order of the joints.
     pub torques: Vec<JointTorques>,
-    /// Name of the context; empty if the file does not say.
+    /// Name of the one context; empty if the file does not say, or has several that count.
     pub context: String,
     /// What may be wrong with the data.
     pub doubts: Vec<String>,
@@ -131,14 +132,36 @@ impl DataColumns {
     ///
     /// # Errors
     /// A field that is not a finite number, rows of several contexts, no row at all.
-    pub fn read(&self, mut table: Table, context: Option<&str>) -> Result<Samples, CliError> {
+    pub fn read(&self, table: Table, context: Option<&str>) -> Result<Samples, CliError> {
         let mut filter = ContextFilter::new(table.file(), &table.column_names(), context)?;
+        let mut samples = self.read_rows(table, |row| filter.admits(row))?;
+        samples.context = filter.finish(samples.x.nrows())?;
+        Ok(samples)
+    }
+
+    /// Reads all rows, of whatever context.
+    ///
+    /// # Errors
+    /// A field that is not a finite number, a context that is not known, no row at all.
+    pub fn read_all(
+        &self,
+        table: Table,
+        contexts: &mut ContextColumn,
+    ) -> Result<Samples, CliError> {
+        self.read_rows(table, |row| contexts.take(row).map(|_| true))
+    }
+
+    fn read_rows(
+        &self,
+        mut table: Table,
+        mut admits: impl FnMut(Row<'_>) -> Result<bool, CliError>,
+    ) -> Result<Samples, CliError> {
         let n_covariates = self.states.states.len();
         let mut degrees = DegreesWatch::without_robot(&self.states.states[..n_covariates / 3]);
         let mut states = Vec::new(); // row-major
         let mut torques = vec![Vec::new(); self.torques.len()];
         while let Some(row) = table.next_row()? {
-            if !filter.admits(row)? {
+            if !admits(row)? {
                 continue;
             }
             let first = states.len();
@@ -160,7 +183,7 @@ impl DataColumns {
                 .zip(torques)
                 .map(|(joint_idx, values)| JointTorques { joint_idx, values })
                 .collect(),
-            context: filter.finish(n_rows)?,
+            context: String::new(),
             doubts: degrees.doubts(),
         })
     }

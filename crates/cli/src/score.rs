@@ -49,6 +49,23 @@ impl Score {
             coverage_95: f64::from(n_inside) / n,
         }
     }
+
+    /// The mean of every measure; of nMSE over those that have one.
+    ///
+    /// # Panics
+    /// If there are none.
+    pub fn average(scores: &[Self]) -> Self {
+        assert!(!scores.is_empty());
+        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
+        let mean_of = |measure: fn(&Self) -> f64| mean(scores.iter().map(measure).collect());
+        let nmse: Vec<f64> = scores.iter().filter_map(|score| score.nmse).collect();
+        Self {
+            nmse: (!nmse.is_empty()).then(|| mean(nmse)),
+            rmse: mean_of(|score| score.rmse),
+            mean_log_predictive_density: mean_of(|score| score.mean_log_predictive_density),
+            coverage_95: mean_of(|score| score.coverage_95),
+        }
+    }
 }
 
 /// Whether all values are equal; their computed variance need not be zero then.

@@ -3,10 +3,12 @@
 #![expect(clippy::unwrap_used, reason = "in a test a surprise is a failure")]
 
 mod command;
+mod contexts;
 mod inverse_dynamics;
 mod learning;
 mod learning_refusals;
 mod likelihood;
+mod likelihood_contexts;
 mod payloads;
 mod puma_samples;
 mod readme;

@@ -1,5 +1,7 @@
 //! The log marginal likelihood with the method that computed it and a bound on its error.
 
+use std::fmt;
+
 use faer::MatRef;
 use kernels::Covariance;
 
@@ -25,6 +27,15 @@ pub enum MethodUsed {
     Dense,
     /// By the low-rank path with its certificate.
     Certified,
+}
+
+impl fmt::Display for MethodUsed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Dense => "dense",
+            Self::Certified => "certified",
+        })
+    }
 }
 
 /// How the likelihood is to be computed.

@@ -17,6 +17,8 @@ pub struct StartReport {
     pub iterations: usize,
     /// Likelihoods with gradient.
     pub evaluations: usize,
+    /// Their work, in likelihoods by the dense path on the same samples.
+    pub work: f64,
     /// Restarts from steepest descent after a failed line search or a stall.
     pub recoveries: usize,
     /// Largest component of the projected gradient at the end.
@@ -25,14 +27,23 @@ pub struct StartReport {
     pub stop: StopReason,
 }
 
+/// What the searches on one set of samples led to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageReport {
+    /// Samples that these searches saw.
+    pub n_samples: usize,
+    /// Every start, in the order tried: in later stages from where the best of the stage before ended.
+    pub starts: Vec<StartReport>,
+}
+
 /// How a fit was found and what help it needed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitReport {
     /// Log marginal likelihood of the fit, natural log, summed over the data.
     pub log_marginal: f64,
-    /// Every start, in the order tried.
-    pub starts: Vec<StartReport>,
-    /// Index in `starts` of the one that won.
+    /// The searches on more and more samples; the last on all of them.
+    pub stages: Vec<StageReport>,
+    /// Index in the last stage of the start that won.
     pub winner: usize,
     /// Hyperparameters that ended on a bound, by name.
     pub bounds_hit: Vec<String>,
@@ -51,18 +62,33 @@ pub struct FitReport {
 }
 
 impl FitReport {
+    /// The searches on all samples.
+    ///
+    /// # Panics
+    /// If `stages` is empty, which that of a fit never is.
+    pub fn last_stage(&self) -> &StageReport {
+        self.stages.last().expect("a fit has a stage")
+    }
+
     /// The start that won.
+    ///
+    /// # Panics
+    /// If `stages` or its last entry has no entry, which is never so for a fit.
     pub fn winning_start(&self) -> &StartReport {
-        &self.starts[self.winner]
+        &self.last_stage().starts[self.winner]
     }
 
-    /// Evaluations of all starts together.
+    /// Evaluations of all starts on all sets of samples together.
     pub fn evaluations(&self) -> usize {
-        self.starts.iter().map(|start| start.evaluations).sum()
+        self.all_starts().map(|start| start.evaluations).sum()
     }
 
-    /// Recoveries of all starts together.
+    /// Recoveries of all starts on all sets of samples together.
     pub fn recoveries(&self) -> usize {
-        self.starts.iter().map(|start| start.recoveries).sum()
+        self.all_starts().map(|start| start.recoveries).sum()
+    }
+
+    fn all_starts(&self) -> impl Iterator<Item = &StartReport> {
+        self.stages.iter().flat_map(|stage| &stage.starts)
     }
 }

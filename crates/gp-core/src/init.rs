@@ -1,5 +1,7 @@
 //! The starting values of eq. (22), from the moments of the data.
 
+use std::fmt;
+
 use faer::MatRef;
 use kernels::{
     LINEAR_STD_CEILING, NOISE_VAR_FLOOR, TorqueCovariance, TorqueForm, TorqueParams, Transform,
@@ -37,6 +39,18 @@ pub enum StartKind {
     TypicalPairsLowNoise,
     /// Given by the caller.
     Given,
+}
+
+impl fmt::Display for StartKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Chapter => "eq. (22)",
+            Self::DoubleLengthScales => "length scales × 2",
+            Self::TypicalPairs => "length scales × √(3ℓ)",
+            Self::TypicalPairsLowNoise => "length scales × √(3ℓ), low noise",
+            Self::Given => "given",
+        })
+    }
 }
 
 /// Starting values of eq. (22).

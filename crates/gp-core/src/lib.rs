@@ -9,12 +9,15 @@ mod evidence;
 mod fit;
 mod fit_posterior;
 mod fit_report;
+mod heirs;
 mod init;
 mod joint_covariance;
 mod log_marginal;
 mod low_rank;
 mod low_rank_posterior;
 mod model;
+mod nested;
+mod opening;
 pub mod optimize;
 mod orthogonal;
 mod pivot_choice;
@@ -27,18 +30,21 @@ pub use bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};
 pub use cholesky::Factor;
 pub use error::GpError;
 pub use evidence::{Evaluation, Evidence, LikelihoodOptions, Method, MethodUsed, evidence};
-pub use fit::{Fit, FitOptions, Starts, fit, fit_from};
+pub use fit::{Fit, FitOptions, SearchScheme, Starts, fit, fit_from};
 pub use fit_posterior::FitPosterior;
-pub use fit_report::{FitReport, StartReport};
+pub use fit_report::{FitReport, StageReport, StartReport};
 pub use init::{StartKind, StartPoint, chapter_start, varied_start};
 pub use log_marginal::{
     LogMarginal, log_marginal_likelihood, log_marginal_likelihood_with_gradient,
 };
 pub use low_rank_posterior::{LowRankParts, LowRankPosterior};
 pub use model::{
-    FORMAT_VERSION, FitSummary, JointModel, JointPrediction, ModelFileError, ModelKind, Predictor,
-    PredictorScratch, ProcessModel, Provenance, TorqueModel, TrainingRanges,
+    FORMAT_VERSION, FitSummary, JointModel, JointPrediction, ModelFileError, ModelFileKind,
+    ModelKind, ParamsRecord, PosteriorRecord, Predictor, PredictorScratch, ProcessModel,
+    ProcessPredictor, Provenance, ProvenanceRecord, RangesRecord, Scaling, SummaryRecord,
+    TorqueModel, TrainingRanges, decode_model, encode_model,
 };
-pub use optimize::StopReason;
+pub use nested::spread_rows;
+pub use optimize::{Curvature, StopReason};
 pub use posterior::{Posterior, Prediction};
-pub use search::{Likelihood, SearchEnd, search};
+pub use search::{Likelihood, SearchEnd, search, search_near};

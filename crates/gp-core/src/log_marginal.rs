@@ -81,6 +81,9 @@ const LARGEST_RANK: f64 = 0.25;
 /// Samples whose likelihood shows which pivots all samples need.
 const SAMPLE: usize = 512;
 
+/// Nats beyond which an error bound makes the automatic choice the dense path.
+const MAX_DOUBT: f64 = 0.1;
+
 /// Rounds of tightening before a certificate is given up.
 const MAX_ROUNDS: usize = 4;
 
@@ -228,10 +231,16 @@ impl<'a> LogMarginal<'a> {
             Method::Automatic => (LARGEST_RANK * n as f64) as usize,
             Method::Certified => n,
         };
-        match self.certified(covariance, noise_std, max_rank) {
-            Err(_) if self.options.method == Method::Automatic => Ok(None),
-            outcome => outcome,
+        let outcome = self.certified(covariance, noise_std, max_rank);
+        if self.options.method == Method::Certified {
+            return outcome;
         }
+        // Rounding can end the search for pivots before the certificate is met.
+        let largest = MAX_DOUBT.max(self.options.certificate);
+        Ok(outcome
+            .ok()
+            .flatten()
+            .filter(|p| p.error_bound() <= largest))
     }
 
     /// The process at the rank that the certificate needs; `None` beyond `max_rank`.

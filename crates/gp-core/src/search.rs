@@ -1,14 +1,18 @@
 //! The search for the highest likelihood from one start, for any covariance.
 
-use kernels::{Covariance, Jitter, ParamLayout};
+use std::cell::Cell;
+
+use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance};
 
 use crate::error::GpError;
-use crate::evidence::Evaluation;
+use crate::evidence::{Evaluation, MethodUsed};
 use crate::fit::FitOptions;
 use crate::fit_report::StartReport;
+use crate::heirs::Candidate;
 use crate::init::StartKind;
 use crate::log_marginal::LogMarginal;
-use crate::optimize::{MinimizeOptions, Minimum, Reparametrised, minimize};
+use crate::opening::Opening;
+use crate::optimize::{Budgeted, Curvature, MinimizeOptions, Reparametrised, Scaled, minimize};
 
 // DEVIATION(sec. 3): the chapter's search has no such limit.
 /// Points of a search whose likelihood may be wrong by more nats than this are not entered.
@@ -67,6 +71,8 @@ pub struct SearchEnd<C> {
     pub covariance: C,
     /// σ found, in target units.
     pub noise_std: f64,
+    /// What was learned of the curvature of eq. (8).
+    pub curvature: Curvature,
     /// How it went; its likelihood is −∞ if the start has none.
     pub report: StartReport,
 }
@@ -100,17 +106,89 @@ pub fn search<C: Covariance + Clone>(
     kind: StartKind,
     options: &FitOptions,
 ) -> SearchEnd<C> {
+    let nothing_known = Curvature::default();
+    search_scaled(
+        evidence,
+        (covariance, noise_std),
+        kind,
+        options,
+        nothing_known,
+        None,
+    )
+}
+
+/// Climbs as [`search`] does, with what an earlier search nearby learned of the curvature.
+///
+/// That search may have seen fewer data.
+/// A curvature of another number of hyperparameters is not used.
+/// # Panics
+/// As for [`search`].
+pub fn search_near<C: Covariance + Clone>(
+    evidence: &mut impl Likelihood<C>,
+    (covariance, noise_std): (&C, f64),
+    kind: StartKind,
+    options: &FitOptions,
+    curvature: Curvature,
+) -> SearchEnd<C> {
+    search_scaled(
+        evidence,
+        (covariance, noise_std),
+        kind,
+        options,
+        curvature,
+        None,
+    )
+}
+
+/// Climbs from a candidate, with what is known of the curvature there.
+pub(crate) fn search_on(
+    evidence: &mut LogMarginal<'_>,
+    from: &Candidate,
+    options: &FitOptions,
+) -> SearchEnd<TorqueCovariance> {
+    let mut start = from.clone();
+    let mut opening = None;
+    if from.is_heir {
+        start.keep_inside();
+        let (covariance, noise_std) = (&start.covariance, start.noise_std);
+        opening = Opening::find(evidence, covariance, noise_std, MAX_ROUNDING);
+        if let Some(opening) = &opening {
+            start.noise_std = opening.noise_std;
+        }
+    }
+    let of = (&start.covariance, start.noise_std);
+    search_scaled(evidence, of, start.kind, options, start.curvature, opening)
+}
+
+fn search_scaled<C: Covariance + Clone>(
+    evidence: &mut impl Likelihood<C>,
+    (covariance, noise_std): (&C, f64),
+    kind: StartKind,
+    options: &FitOptions,
+    curvature: Curvature,
+    mut opening: Option<Opening>,
+) -> SearchEnd<C> {
     let mut trial = covariance.clone();
     let mut initial_log_marginal = None;
     let mut is_first = true;
+    let work = Cell::new(opening.as_ref().map_or(0.0, |opening| opening.work));
+    let n_samples = evidence.n_samples();
+    // The first point of the search is the opening, which has been evaluated.
+    let n_before = opening.as_ref().map_or(0, |known| known.evaluations - 1);
     let negative_log_marginal = |theta: &[f64], gradient: &mut [f64]| {
         let (of_covariance, noise_std) = split_noise(theta);
         trial.set_params(of_covariance);
         if rounding_bound(evidence, &trial, noise_std) > MAX_ROUNDING {
             return f64::INFINITY;
         }
-        let outcome = (evidence.evaluate(&trial, noise_std, gradient))
-            .map(|evaluation| evaluation.log_marginal_likelihood);
+        let outcome = if let Some(known) = opening.take() {
+            gradient.copy_from_slice(&known.gradient);
+            Ok(known.log_marginal)
+        } else {
+            let outcome = evidence.evaluate(&trial, noise_std, gradient);
+            work.set(work.get() + work_of(outcome.as_ref().ok(), n_samples));
+            outcome.map(|evaluation| evaluation.log_marginal_likelihood)
+        };
         if std::mem::take(&mut is_first) {
             initial_log_marginal = outcome.as_ref().ok().copied();
         }
@@ -122,10 +200,16 @@ pub fn search<C: Covariance + Clone>(
 
     let mut theta = covariance.params();
     theta.push(noise_std);
-    let mut objective = Reparametrised::new(&search_layout(covariance), negative_log_marginal);
+    let objective = Reparametrised::new(&search_layout(covariance), negative_log_marginal);
     let z = objective.unconstrained(&theta);
-    let minimum = minimize(&mut objective, &z, &minimize_options(options));
-    let theta = objective.natural(&minimum.z);
+    let objective = Scaled::new(objective, z.clone(), curvature);
+    let start = objective.inner(&z);
+    let mut objective = Budgeted::new(objective, &work, options.max_work);
+    let minimum = minimize(&mut objective, &start, &minimize_options(options));
+    let scaled = objective.into_inner();
+    let z = scaled.outer(&minimum.z);
+    let (objective, curvature) = scaled.into_parts();
+    let theta = objective.natural(&z);
     drop(objective);
 
     let (of_covariance, noise_std) = split_noise(&theta);
@@ -133,8 +217,30 @@ pub fn search<C: Covariance + Clone>(
     SearchEnd {
         covariance: trial,
         noise_std,
-        report: start_report(kind, initial_log_marginal, &minimum),
+        curvature,
+        report: StartReport {
+            kind,
+            initial_log_marginal,
+            log_marginal: -minimum.value,
+            iterations: minimum.iterations,
+            evaluations: n_before + minimum.evaluations,
+            work: work.get(),
+            recoveries: minimum.recoveries,
+            projected_gradient: minimum.projected_gradient,
+            stop: minimum.stop,
+        },
     }
+}
+
+/// The values nearest to θ and σ from which a search can set out: inside their bounds.
+pub(crate) fn inside_bounds<C: Covariance>(covariance: &mut C, noise_std: f64) -> f64 {
+    let mut theta = covariance.params();
+    theta.push(noise_std);
+    let bounds = Reparametrised::new(&search_layout(covariance), |_: &[f64], _: &mut [f64]| 0.0);
+    let theta = bounds.natural(&bounds.unconstrained(&theta));
+    let (of_covariance, noise_std) = split_noise(&theta);
+    covariance.set_params(of_covariance);
+    noise_std
 }
 
 /// Hyperparameters of the covariance followed by σ.
@@ -148,9 +254,28 @@ fn search_layout<C: Covariance>(covariance: &C) -> ParamLayout {
 /// ```text
 /// |Σ_ab Q_ab δK_ab| ≲ n ε max_a K_aa / σ²,   as |δK_ab| ≤ ε max K and ‖K⁻¹‖ ≤ 1/σ²
 /// ```
-fn rounding_bound<C>(evidence: &impl Likelihood<C>, covariance: &C, noise_std: f64) -> f64 {
+pub(crate) fn rounding_bound<C>(
+    evidence: &impl Likelihood<C>,
+    covariance: &C,
+    noise_std: f64,
+) -> f64 {
     let largest = evidence.largest_variance(covariance);
     evidence.n_samples() as f64 * f64::EPSILON * largest / (noise_std * noise_std)
+}
+
+/// Work of one evaluation, in evaluations by the dense path: roughly, and never by the clock.
+///
+/// ```text
+/// 1                       dense, n³ floating-point operations for factor and inverse
+/// 10 r²/n² + 300 r/n²     low-rank: 10 n r² for pivots, orthogonal factor and adjoints,
+///                         300 n r for entries of the covariance and their gradient
+/// ```
+pub(crate) fn work_of(evaluation: Option<&Evaluation>, n_samples: usize) -> f64 {
+    let Some(evaluation) = evaluation.filter(|e| e.method == MethodUsed::Certified) else {
+        return 1.0;
+    };
+    let (n, rank) = (n_samples as f64, evaluation.rank as f64);
+    (10.0 * rank * rank + 300.0 * rank) / (n * n)
 }
 
 fn minimize_options(options: &FitOptions) -> MinimizeOptions {
@@ -159,23 +284,6 @@ fn minimize_options(options: &FitOptions) -> MinimizeOptions {
         value_tolerance: options.value_tolerance,
         max_evaluations: options.max_evaluations,
         max_recoveries: 10,
-    }
-}
-
-fn start_report(
-    kind: StartKind,
-    initial_log_marginal: Option<f64>,
-    minimum: &Minimum,
-) -> StartReport {
-    StartReport {
-        kind,
-        initial_log_marginal,
-        log_marginal: -minimum.value,
-        iterations: minimum.iterations,
-        evaluations: minimum.evaluations,
-        recoveries: minimum.recoveries,
-        projected_gradient: minimum.projected_gradient,
-        stop: minimum.stop,
     }
 }
 

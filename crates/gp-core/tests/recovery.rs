@@ -1,8 +1,8 @@
 //! Fits to data whose hyperparameters are known.
 
 use gp_core::{
-    FitOptions, FitPosterior, LogMarginal, StartKind, StartPoint, StopReason, fit, fit_from,
-    log_marginal_likelihood, search,
+    Fit, FitOptions, FitPosterior, LogMarginal, SearchScheme, StartKind, StartPoint, StopReason,
+    fit, fit_from, log_marginal_likelihood, search,
 };
 use kernels::{SeArd, TorqueCovariance, TorqueForm, TorqueParams};
 use proptest::prelude::*;
@@ -53,6 +53,7 @@ fn reported_likelihood_is_that_of_the_fit() {
     assert!(
         found
             .report
+            .last_stage()
             .starts
             .iter()
             .all(|s| s.log_marginal <= winner.log_marginal)
@@ -64,7 +65,7 @@ fn converged_start_has_a_small_projected_gradient() {
     let x = uniform_inputs(4, 60, 6);
     let t = targets(54, &truth(TorqueForm::Coulomb), 0.2, &x);
     let found = fit(x.as_ref(), &t, TorqueForm::Coulomb, &FitOptions::several()).unwrap();
-    for start in &found.report.starts {
+    for start in &found.report.last_stage().starts {
         match start.stop {
             StopReason::GradientSmall => assert!(start.projected_gradient <= 1e-3),
             // A stall gains less than 1e-5 nats along a direction that descends by
@@ -108,7 +109,7 @@ proptest! {
         let t: Vec<f64> = (0..15).map(|row| scale * (x[(row, 0)] * 2.0).sin()).collect();
         let options = FitOptions { max_evaluations, ..FitOptions::several() };
         let found = fit(x.as_ref(), &t, TorqueForm::Coulomb, &options).unwrap();
-        for start in &found.report.starts {
+        for start in &found.report.last_stage().starts {
             if let Some(initial) = start.initial_log_marginal {
                 prop_assert!(start.log_marginal >= initial, "{start:?}");
             }
@@ -162,4 +163,64 @@ fn any_covariance_is_searched_from_one_start() {
     // Residuals at the training points are below σ on average.
     let residual: f64 = (means.iter().zip(&t)).map(|(m, t)| (m - t).powi(2)).sum();
     assert!(residual <= 60.0 * end.noise_std.powi(2), "{residual}");
+}
+
+fn nested_and_whole(n: usize) -> (Fit, Fit) {
+    let x = uniform_inputs(9, n, 3);
+    let t = targets(59, &truth_of_one_joint(), 0.2, &x);
+    let fit_with = |scheme| {
+        let options = FitOptions {
+            scheme,
+            ..FitOptions::several()
+        };
+        fit(x.as_ref(), &t, TorqueForm::Coulomb, &options).unwrap()
+    };
+    (
+        fit_with(SearchScheme::Nested),
+        fit_with(SearchScheme::Whole),
+    )
+}
+
+fn truth_of_one_joint() -> TorqueCovariance {
+    TorqueCovariance::new(TorqueParams {
+        bias_std: 2.0,
+        linear_std: vec![3.0, 0.5, 1.0],
+        signal_std: 4.0,
+        length_scales: vec![1.5, 2.0, 6.0],
+        coulomb_std: Some(vec![1.5]),
+    })
+    .unwrap()
+}
+
+#[test]
+fn nested_search_ends_as_high_as_the_search_on_all_samples() {
+    let (nested, whole) = nested_and_whole(600);
+    let sizes: Vec<usize> = (nested.report.stages.iter().map(|s| s.n_samples)).collect();
+    assert_eq!(sizes, [150, 300, 600]);
+    assert_eq!(nested.report.stages[0].starts.len(), 4);
+    let (nested, whole) = (nested.report.log_marginal, whole.report.log_marginal);
+    // One basin, found to 1e-5 nats an iteration by both.
+    assert!(nested >= whole - 0.01, "{nested} below {whole}");
+}
+
+#[test]
+fn few_samples_are_searched_whole_by_either_scheme() {
+    let (nested, whole) = nested_and_whole(60);
+    assert_eq!(nested.report, whole.report);
+}
+
+#[test]
+fn work_limit_ends_a_search_and_says_so() {
+    let x = uniform_inputs(10, 60, 3);
+    let t = targets(60, &truth_of_one_joint(), 0.2, &x);
+    let options = FitOptions {
+        max_work: 5.0,
+        ..FitOptions::several()
+    };
+    let found = fit(x.as_ref(), &t, TorqueForm::Coulomb, &options).unwrap();
+    for start in &found.report.last_stage().starts {
+        // 60 samples are searched by the dense path, one unit of work an evaluation.
+        assert_eq!((start.evaluations, start.work), (5, 5.0), "{start:?}");
+        assert_eq!(start.stop, StopReason::WorkLimit);
+    }
 }

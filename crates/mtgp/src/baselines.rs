@@ -11,8 +11,8 @@
 
 use faer::MatRef;
 use gp_core::{
-    Evaluation, Fit, FitOptions, GpError, Likelihood, LikelihoodOptions, LogMarginal, MethodUsed,
-    StartKind, StartPoint, chapter_start, fit, varied_start,
+    Curvature, Evaluation, Fit, FitOptions, GpError, Likelihood, LikelihoodOptions, LogMarginal,
+    MethodUsed, StartKind, StartPoint, chapter_start, fit, varied_start,
 };
 use kernels::{Covariance, TorqueCovariance};
 
@@ -102,6 +102,7 @@ pub fn fit_separate(
         gradient_tolerance: options.gradient_tolerance,
         value_tolerance: options.value_tolerance,
         likelihood: options.likelihood,
+        ..FitOptions::several()
     };
     let fit_one = |(x, t): (MatRef<'_, f64>, &[f64])| fit(x, t, options.form, &fit_options);
     Ok(by_task(data, targets).map(fit_one).collect())
@@ -134,6 +135,7 @@ fn moment_starts(
             origin: Origin::Moments(kind),
             covariance: point.covariance,
             noise_std: point.noise_std,
+            curvature: Curvature::default(),
         })
     };
     // DEVIATION(A.3): the chapter's step 1 has the start of eq. (22) alone.

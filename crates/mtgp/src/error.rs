@@ -17,6 +17,14 @@ pub enum MtgpError {
         /// Number of tasks m.
         n_tasks: usize,
     },
+    /// A context that a model does not have.
+    #[error("unknown context `{name}`; the model has {}", .known.join(", "))]
+    UnknownContext {
+        /// The name given.
+        name: String,
+        /// Names of the contexts that it has.
+        known: Vec<String>,
+    },
     /// A task is never observed, so that nothing determines its row of Λ.
     #[error("task {task} of {n_tasks} has no samples")]
     TaskWithoutSamples {

@@ -6,6 +6,7 @@
 use std::cmp::Ordering;
 
 use faer::{Mat, MatRef};
+use gp_core::spread_rows;
 
 use crate::error::MtgpError;
 
@@ -91,6 +92,32 @@ impl Stacked {
         self.order.iter().map(|&given| values[given]).collect()
     }
 
+    /// About `n_samples` of the samples, spread evenly over those of each task, and their rows.
+    ///
+    /// Of each task at least one.
+    /// # Shapes
+    /// m tasks as before; one row of this for each sample of the result.
+    /// # Errors
+    /// None for what was built by [`Stacked::new`].
+    pub fn spread(&self, n_samples: usize) -> Result<(Self, Vec<usize>), MtgpError> {
+        let n = self.tasks.len();
+        let mut rows = Vec::new();
+        let mut first = 0;
+        for &count in &self.counts {
+            let wanted = (count * n_samples).div_ceil(n).clamp(1, count);
+            rows.extend(
+                spread_rows(count, wanted)
+                    .into_iter()
+                    .map(|row| first + row),
+            );
+            first += count;
+        }
+        let x = self.covariates();
+        let part = Mat::from_fn(rows.len(), x.ncols(), |row, col| x[(rows[row], col)]);
+        let tasks: Vec<usize> = rows.iter().map(|&row| self.tasks[row]).collect();
+        Ok((Self::new(part.as_ref(), &tasks, self.n_tasks())?, rows))
+    }
+
     /// The distinct inputs over all tasks, and which of them each row has.
     ///
     /// Inputs are the same if all their covariates are equal as numbers.
@@ -151,6 +178,15 @@ pub(crate) fn split(rows: MatRef<'_, f64>, n_tasks: usize) -> (MatRef<'_, f64>, 
     (rows.subcols(0, d), tasks.collect())
 }
 
+/// Whether the last column of rows holds whole numbers below `n_tasks`.
+pub(crate) fn are_rows_of_tasks(rows: MatRef<'_, f64>, n_tasks: usize) -> bool {
+    rows.ncols() > 0 && (rows.col(rows.ncols() - 1).iter()).all(|value| is_task(*value, n_tasks))
+}
+
+fn is_task(value: f64, n_tasks: usize) -> bool {
+    value >= 0.0 && value < n_tasks as f64 && value.fract() == 0.0
+}
+
 /// The task that a number of the last column stands for.
 #[allow(
     clippy::cast_possible_truncation,
@@ -158,8 +194,10 @@ pub(crate) fn split(rows: MatRef<'_, f64>, n_tasks: usize) -> (MatRef<'_, f64>, 
     reason = "checked to be a whole number below a count"
 )]
 fn task_of(value: f64, n_tasks: usize) -> usize {
-    let is_task = value >= 0.0 && value < n_tasks as f64 && value.fract() == 0.0;
-    assert!(is_task, "{value} is not one of {n_tasks} tasks");
+    assert!(
+        is_task(value, n_tasks),
+        "{value} is not one of {n_tasks} tasks"
+    );
     value as usize
 }
 

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod adapted_posterior;
+mod all_tasks;
 mod baselines;
 mod basis;
 mod bic;
@@ -10,9 +11,11 @@ mod context_filter;
 mod context_tracker;
 mod error;
 mod kron;
+mod ladder;
 mod latent_functions;
 mod latent_predictor;
 mod layout;
+mod model;
 mod noise_free;
 mod novel_context;
 mod predictive;
@@ -44,8 +47,10 @@ pub use context_filter::{ContextFilter, ContextTransition};
 pub use context_tracker::ContextTracker;
 pub use error::MtgpError;
 pub use kron::{BlockGradient, CompleteBlock};
+pub use ladder::fit_ranks;
 pub use latent_functions::LatentFunctions;
 pub use layout::{Stacked, with_task};
+pub use model::{ContextPredictor, ModelParts, MultiTaskModel, RankSelection, TaskProcess};
 pub use noise_free::NoiseFreeBlock;
 pub use novel_context::{
     Border, NewTorques, RowFit, fit_row, log_density_of_row, log_density_of_row_with_gradient,

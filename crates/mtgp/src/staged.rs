@@ -9,7 +9,7 @@
 //! The two models of step 1 are pGP and iGP themselves.
 
 use faer::{Mat, MatRef};
-use gp_core::{GpError, LogMarginal, Starts};
+use gp_core::{Curvature, GpError, LogMarginal, Starts};
 
 use crate::baselines::{fit_independent, fit_pooled, pooled_moments};
 use crate::climb::{Start, climb};
@@ -125,6 +125,8 @@ pub fn fit_rank(
 /// where that start led before.
 /// Where pGP won stage 1 and beats all of `warm`, it is itself a start, of rank 1.
 /// Several starts get `options.screening` evaluations each, and the highest goes on.
+/// A fit of the same rank to fewer data hands on what it learned of the curvature, so
+/// that a few evaluations on many data follow hundreds on few.
 /// [`Starts::Chapter`] without `warm` is A.3 as it stands.
 /// # Shapes
 /// `targets` (n,), N·m, in the order of the rows of `data`.
@@ -161,7 +163,9 @@ pub fn fit_rank_from(
 
     let n_starts = starts.len();
     let mut evidence = LogMarginal::new(data.inputs(), targets, options.likelihood);
-    let climb = climb(&mut evidence, starts, options).ok_or(GpError::NoUsableStart { n_starts })?;
+    let options = options.on(targets.len());
+    let climb =
+        climb(&mut evidence, starts, &options).ok_or(GpError::NoUsableStart { n_starts })?;
     drop(evidence);
     TaskFit::new(data, targets, climb, options.likelihood)
 }
@@ -198,6 +202,7 @@ fn chapter_stage_three(
         origin: stage_one.origin(),
         covariance: MultiTaskCovariance::new(input, TaskCovariance::Factor(factor)),
         noise_std: stage_one.initial_noise_std,
+        curvature: Curvature::default(),
     })
 }
 
@@ -229,16 +234,24 @@ fn warm_start(
     options: &MultiTaskOptions,
 ) -> Result<Start<MultiTaskCovariance>, MtgpError> {
     let task = fit.covariance().task();
-    let (origin, factor) = match fit.task_factor() {
-        Some(factor) if factor.rank() == rank => (Origin::Given, factor.clone()),
-        _ if task.rank() < rank => {
-            let known = rank_part(fit.k_task().as_ref(), task.rank(), options.rank_part)?;
-            (Origin::LowerRank, with_new_columns(&known, k_aug, rank)?)
-        }
-        _ => (
-            Origin::Given,
-            rank_part(fit.k_task().as_ref(), rank, options.rank_part)?,
-        ),
+    if fit
+        .task_factor()
+        .is_some_and(|factor| factor.rank() == rank)
+    {
+        return Ok(Start {
+            origin: Origin::Given,
+            covariance: fit.covariance().clone(),
+            noise_std: fit.noise_std(),
+            curvature: fit.curvature.clone(),
+        });
+    }
+    let k_task = fit.k_task();
+    let (origin, factor) = if task.rank() < rank {
+        let known = rank_part(k_task.as_ref(), task.rank(), options.rank_part)?;
+        (Origin::LowerRank, with_new_columns(&known, k_aug, rank)?)
+    } else {
+        let part = rank_part(k_task.as_ref(), rank, options.rank_part)?;
+        (Origin::Given, part)
     };
     let input = fit.covariance().input().clone();
     Ok(Start {
@@ -248,6 +261,7 @@ fn warm_start(
             TaskCovariance::Factor(without_zero_columns(&factor)?),
         ),
         noise_std: fit.noise_std(),
+        curvature: Curvature::default(),
     })
 }
 

@@ -2,8 +2,8 @@
 
 use faer::{Mat, MatRef};
 use gp_core::{
-    FitPosterior, GpError, LikelihoodOptions, MethodUsed, Prediction, StartKind, StartReport,
-    Starts,
+    Curvature, FitPosterior, GpError, LikelihoodOptions, MethodUsed, Prediction, StartKind,
+    StartReport, Starts,
 };
 use kernels::TorqueForm;
 
@@ -23,6 +23,9 @@ pub struct MultiTaskOptions {
     pub starts: Starts,
     /// Likelihoods with gradient that each search may use.
     pub max_evaluations: usize,
+    /// Floating-point operations, n³ for each likelihood, after which a search for Λ
+    /// ends sooner than that, though not before 120 likelihoods.
+    pub max_flops: f64,
     /// Those that each of several starts gets before all but the highest are left.
     pub screening: usize,
     /// Converged when no component of the projected gradient with respect to the
@@ -43,6 +46,7 @@ impl MultiTaskOptions {
             form: TorqueForm::Coulomb,
             starts: Starts::Chapter,
             max_evaluations: 300,
+            max_flops: f64::INFINITY,
             screening: 300,
             gradient_tolerance: 1e-3,
             value_tolerance: 1e-5,
@@ -51,15 +55,38 @@ impl MultiTaskOptions {
         }
     }
 
-    /// Several starts, of which the highest after 100 evaluations goes on, to up to 3000.
+    /// Several starts, of which the highest after 30 evaluations goes on, to up to 2000.
     ///
-    /// Many of them are needed: from rank 2 to rank 4 a search may take 2000.
+    /// Many of them are needed: from rank 2 to rank 4 a search may take all.
+    /// They are had cheaply on few data, from where a search on more data may set out.
     pub fn several() -> Self {
         Self {
             starts: Starts::Several,
-            screening: 100,
-            max_evaluations: 3000,
+            screening: 30,
+            max_evaluations: 2000,
+            max_flops: 8e10,
             ..Self::chapter()
+        }
+    }
+}
+
+/// Likelihoods that a search for Λ may compute however many samples there are.
+const FEWEST_EVALUATIONS: usize = 120;
+
+impl MultiTaskOptions {
+    /// The same options with the evaluations that `max_flops` leaves on n samples.
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "between two counts"
+    )]
+    pub(crate) fn on(&self, n_samples: usize) -> Self {
+        let affordable = self.max_flops / (n_samples as f64).powi(3);
+        let fewest = FEWEST_EVALUATIONS.min(self.max_evaluations);
+        let most = self.max_evaluations as f64;
+        Self {
+            max_evaluations: affordable.clamp(fewest as f64, most) as usize,
+            ..self.clone()
         }
     }
 }
@@ -137,6 +164,8 @@ pub struct TaskFit {
     pub posterior: FitPosterior<MultiTaskCovariance>,
     /// How the hyperparameters were found.
     pub report: TaskFitReport,
+    /// What the search learned of the curvature of the likelihood.
+    pub(crate) curvature: Curvature,
 }
 
 impl TaskFit {
@@ -164,7 +193,11 @@ impl TaskFit {
             error_bound,
             condition_lower_bound: posterior.condition_lower_bound(),
         };
-        Ok(Self { posterior, report })
+        Ok(Self {
+            posterior,
+            report,
+            curvature: climb.curvature,
+        })
     }
 
     /// The covariance with the hyperparameters found.
@@ -220,7 +253,7 @@ impl TaskFit {
         Ok(self.posterior.predict_mean(rows.as_ref())?)
     }
 
-    fn rows_of(&self, task: usize, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
+    pub(crate) fn rows_of(&self, task: usize, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
         let expected = self.covariance().input().linear().linear_std().len();
         if x.ncols() != expected {
             let found = x.ncols();

@@ -6,6 +6,7 @@
     reason = "values worked by hand are exact in binary"
 )]
 
+mod all_tasks;
 mod bad_input;
 mod context_filter;
 mod eq_16;
@@ -21,6 +22,8 @@ mod identities;
 mod laws;
 mod layout;
 mod memory;
+mod model_file;
+mod multi_task_models;
 mod novel_context;
 mod repeated_inputs;
 mod staged;

@@ -329,3 +329,15 @@ fn what_does_not_fit_together_is_refused() {
         }
     ));
 }
+
+#[test]
+fn samples_of_a_part_are_those_of_all_and_of_every_task() {
+    let draw = four_tasks_of_rank_two(10, 16);
+    let (part, rows) = draw.data.spread(16).unwrap();
+    assert_eq!(part.counts(), [4, 4, 4, 4]);
+    for (of_part, &row) in rows.iter().enumerate() {
+        assert_eq!(part.inputs().row(of_part), draw.data.inputs().row(row));
+    }
+    let (single, _) = draw.data.spread(1).unwrap();
+    assert_eq!(single.counts(), [1, 1, 1, 1]);
+}

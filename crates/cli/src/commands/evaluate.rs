@@ -1,18 +1,19 @@
 //! `torque-gp evaluate`: how well a learned model predicts measured torques.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use gp_core::TorqueModel;
 use serde::Serialize;
 
 use crate::commands::predict::{BLOCK, predict};
+use crate::context_column::ContextColumn;
+use crate::data_args::DataArgs;
 use crate::error::CliError;
 use crate::messages;
-use crate::model_file;
-use crate::output::Output;
+use crate::model_file::LearnedModel;
+use crate::printed::PrintArgs;
 use crate::range_watch::RangeWatch;
-use crate::samples::{DataColumns, Samples};
+use crate::row_contexts::number_of;
+use crate::samples::{DataColumns, JointTorques, Samples};
 use crate::score::Score;
 use crate::table::Table;
 use crate::text_table;
@@ -32,21 +33,11 @@ pub struct Args {
     #[arg(long, value_name = "FILE.tgp")]
     model: PathBuf,
 
-    /// Measured states and torques; `-` is standard input
-    #[arg(long, value_name = "FILE.csv")]
-    data: PathBuf,
+    #[command(flatten)]
+    data: DataArgs,
 
-    /// Rows to compare with, by their entry in the column `context`
-    #[arg(long, value_name = "NAME")]
-    context: Option<String>,
-
-    /// Start of the torque columns' names
-    #[arg(long, value_name = "NAME", default_value = "tau")]
-    tau_prefix: String,
-
-    /// Write JSON, with numbers in full
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 const EXAMPLES: &str = "\
@@ -56,10 +47,12 @@ Examples:
 
 JSON: {\"n_samples\": …, \"joints\": [{\"joint\": \"joint1\", \"nmse\": …, \"rmse\": …,
 \"mean_log_predictive_density\": …, \"coverage_95\": …}, …]}; nmse is null where the measured torques are all equal.
+Of a model of several contexts, every context's rows are judged by themselves, with their mean over the contexts:
+{\"n_samples\": …, \"contexts\": [{\"context\": \"c1\", \"n_samples\": …, \"joints\": […]}, …], \"average\": […]}.
 
 Exit status: 0, or 2 for bad input or usage; then there is one message.";
 
-/// What is written as JSON.
+/// What is written as JSON for a model of one context.
 #[derive(Serialize)]
 struct Evaluation {
     n_samples: usize,
@@ -73,39 +66,82 @@ struct JointScore {
     score: Score,
 }
 
+/// What is written as JSON for a model of several contexts.
+#[derive(Serialize)]
+struct ContextEvaluation {
+    n_samples: usize,
+    contexts: Vec<ContextScores>,
+    /// Means over the contexts, of nMSE over those that have one.
+    average: Vec<JointScore>,
+}
+
+#[derive(Serialize)]
+struct ContextScores {
+    context: String,
+    n_samples: usize,
+    joints: Vec<JointScore>,
+}
+
 /// Reads the data, prints the measures.
 ///
 /// # Errors
 /// Anything wrong with the options or a file.
 pub fn run(args: &Args) -> Result<(), CliError> {
-    let model = model_file::load(&args.model)?;
-    let table = Table::open(&args.data)?;
+    let model = LearnedModel::load(&args.model)?;
+    let table = Table::open(&args.data.path)?;
     let file = table.file().to_owned();
-    let learned: Vec<usize> = model
-        .learned()
-        .iter()
-        .map(|(joint_idx, _)| *joint_idx)
-        .collect();
-    let joints = model_file::joints(&model);
-    let columns = DataColumns::of_joints(&table, joints, &args.tau_prefix, &learned)?;
-    model_file::note_order(&file, &columns.states, &model);
-    let samples = columns.read(table, args.context.as_deref())?;
+    let tau_prefix = &args.data.tau_prefix;
+    let columns = DataColumns::of_joints(&table, model.joints(), tau_prefix, &model.learned())?;
+    model.note_order(&file, &columns.states);
+    let (samples, numbers) = read(args, &model, &columns, table)?;
     warn(&file, &samples, &columns, &model);
 
-    let evaluation = evaluate(&model, &samples, &file)?;
-    let mut output = Output::create(Path::new("-"))?;
-    let text = if args.json {
-        json(&evaluation)?
-    } else {
-        evaluation.table()
-    };
-    output
-        .write_all(text.as_bytes())
-        .map_err(CliError::io("write", "standard output"))?;
-    output.commit()
+    let scores = Scores::new(&model, &samples, &numbers, &file)?;
+    match &model {
+        LearnedModel::OneContext(_) => {
+            let rows: Vec<usize> = (0..numbers.len()).collect();
+            let evaluation = Evaluation {
+                n_samples: rows.len(),
+                joints: scores.of_rows(&rows),
+            };
+            args.print.print(&evaluation, Evaluation::table)
+        }
+        LearnedModel::ManyContexts(model) => {
+            let evaluation = ContextEvaluation::new(&scores, model.contexts(), &numbers);
+            args.print.print(&evaluation, ContextEvaluation::table)
+        }
+    }
 }
 
-fn warn(file: &str, samples: &Samples, columns: &DataColumns, model: &TorqueModel) {
+/// The rows and the numbers of their contexts.
+fn read(
+    args: &Args,
+    model: &LearnedModel,
+    columns: &DataColumns,
+    table: Table,
+) -> Result<(Samples, Vec<usize>), CliError> {
+    let whose = args.model.display().to_string();
+    let asked = args.data.context.as_deref();
+    let contexts: &[String] = match model {
+        LearnedModel::OneContext(_) => &[],
+        LearnedModel::ManyContexts(model) => model.contexts(),
+    };
+    if contexts.is_empty() || asked.is_some() {
+        let number = match (asked, contexts) {
+            (Some(asked), [_, ..]) => number_of(asked, contexts, &whose)?,
+            _ => 0,
+        };
+        let samples = columns.read(table, asked)?;
+        let numbers = vec![number; samples.x.nrows()];
+        return Ok((samples, numbers));
+    }
+    let mut column =
+        ContextColumn::of_known(table.file(), &table.column_names(), contexts, &whose)?;
+    let samples = columns.read_all(table, &mut column)?;
+    Ok((samples, column.numbers().to_vec()))
+}
+
+fn warn(file: &str, samples: &Samples, columns: &DataColumns, model: &LearnedModel) {
     let context = &model.provenance().context;
     if !context.is_empty() && !samples.context.is_empty() && *context != samples.context {
         messages::warning(format!(
@@ -130,61 +166,128 @@ fn warn(file: &str, samples: &Samples, columns: &DataColumns, model: &TorqueMode
         .for_each(messages::warning);
 }
 
-fn evaluate(model: &TorqueModel, samples: &Samples, file: &str) -> Result<Evaluation, CliError> {
-    let n_samples = samples.x.nrows();
-    let mut moments = vec![(Vec::new(), Vec::new(), 0.0); samples.torques.len()];
-    for first in (0..n_samples).step_by(BLOCK) {
-        let block = samples.x.subrows(first, BLOCK.min(n_samples - first));
-        for (joint, prediction) in moments.iter_mut().zip(predict(model, block, file, first)?) {
-            joint.0.extend(prediction.mean);
-            joint.1.extend(prediction.var);
-            joint.2 = prediction.noise_var;
+/// Predictions at all samples, to be compared with the torques of some of them.
+struct Scores<'a> {
+    samples: &'a Samples,
+    joint_names: &'a [String],
+    /// Mean, latent variance and noise variance of every joint.
+    moments: Vec<(Vec<f64>, Vec<f64>, f64)>,
+}
+
+impl<'a> Scores<'a> {
+    fn new(
+        model: &'a LearnedModel,
+        samples: &'a Samples,
+        numbers: &[usize],
+        file: &str,
+    ) -> Result<Self, CliError> {
+        let n_samples = samples.x.nrows();
+        let mut moments = vec![(Vec::new(), Vec::new(), 0.0); samples.torques.len()];
+        for first in (0..n_samples).step_by(BLOCK) {
+            let count = BLOCK.min(n_samples - first);
+            let block = samples.x.subrows(first, count);
+            let contexts = &numbers[first..first + count];
+            let predictions = predict(model, block, contexts, file, first)?;
+            for (joint, prediction) in moments.iter_mut().zip(predictions) {
+                joint.0.extend(prediction.mean);
+                joint.1.extend(prediction.var);
+                joint.2 = prediction.noise_var;
+            }
+        }
+        Ok(Self {
+            samples,
+            joint_names: model.joint_names(),
+            moments,
+        })
+    }
+
+    fn of_rows(&self, rows: &[usize]) -> Vec<JointScore> {
+        let of = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<f64>>();
+        let joints = self.samples.torques.iter().zip(&self.moments);
+        let score =
+            |(torques, (mean, var, noise_var)): (&JointTorques, &(Vec<f64>, Vec<f64>, f64))| {
+                JointScore {
+                    joint: self.joint_names[torques.joint_idx].clone(),
+                    score: Score::of(&of(&torques.values), &of(mean), &of(var), *noise_var),
+                }
+            };
+        joints.map(score).collect()
+    }
+}
+
+impl ContextEvaluation {
+    fn new(scores: &Scores<'_>, contexts: &[String], numbers: &[usize]) -> Self {
+        let of_context = |(number, context): (usize, &String)| {
+            let rows: Vec<usize> = (0..numbers.len())
+                .filter(|row| numbers[*row] == number)
+                .collect();
+            (!rows.is_empty()).then(|| ContextScores {
+                context: context.clone(),
+                n_samples: rows.len(),
+                joints: scores.of_rows(&rows),
+            })
+        };
+        let contexts: Vec<ContextScores> =
+            contexts.iter().enumerate().filter_map(of_context).collect();
+        let average = |joint: usize| {
+            let scores: Vec<Score> = contexts.iter().map(|c| c.joints[joint].score).collect();
+            JointScore {
+                joint: contexts[0].joints[joint].joint.clone(),
+                score: Score::average(&scores),
+            }
+        };
+        let n_joints = contexts.first().map_or(0, |context| context.joints.len());
+        Self {
+            n_samples: numbers.len(),
+            average: (0..n_joints).map(average).collect(),
+            contexts,
         }
     }
-    let joints = samples.torques.iter().zip(&moments);
-    let joints = joints.map(|(torques, (mean, var, noise_var))| JointScore {
-        joint: model.joint_names()[torques.joint_idx].clone(),
-        score: Score::of(&torques.values, mean, var, *noise_var),
-    });
-    Ok(Evaluation {
-        n_samples,
-        joints: joints.collect(),
-    })
+
+    fn table(&self) -> String {
+        let mut header = vec!["context"];
+        header.extend(HEADER);
+        let rows_of = |name: &str, n_samples: usize, joints: &[JointScore]| -> Vec<Vec<String>> {
+            let row = |score: &JointScore| [vec![name.to_owned()], score.row(n_samples)].concat();
+            joints.iter().map(row).collect()
+        };
+        let of_contexts = self.contexts.iter();
+        let rows: Vec<Vec<String>> = of_contexts
+            .flat_map(|context| rows_of(&context.context, context.n_samples, &context.joints))
+            .chain(rows_of("average", self.n_samples, &self.average))
+            .collect();
+        text_table::render(&header, &rows)
+    }
+}
+
+const HEADER: [&str; 6] = [
+    "joint",
+    "samples",
+    "nMSE",
+    "RMSE (N·m)",
+    "log density",
+    "coverage of 95 %",
+];
+
+impl JointScore {
+    fn row(&self, n_samples: usize) -> Vec<String> {
+        let Self { joint, score } = self;
+        vec![
+            joint.clone(),
+            n_samples.to_string(),
+            score
+                .nmse
+                .map_or("undefined".to_owned(), |nmse| format!("{nmse:.3e}")),
+            format!("{:.4e}", score.rmse),
+            format!("{:.4}", score.mean_log_predictive_density),
+            format!("{:.1} %", 100.0 * score.coverage_95),
+        ]
+    }
 }
 
 impl Evaluation {
     fn table(&self) -> String {
-        let header = [
-            "joint",
-            "samples",
-            "nMSE",
-            "RMSE (N·m)",
-            "log density",
-            "coverage of 95 %",
-        ];
-        let row = |JointScore { joint, score }: &JointScore| {
-            vec![
-                joint.clone(),
-                self.n_samples.to_string(),
-                score
-                    .nmse
-                    .map_or("undefined".to_owned(), |nmse| format!("{nmse:.3e}")),
-                format!("{:.4e}", score.rmse),
-                format!("{:.4}", score.mean_log_predictive_density),
-                format!("{:.1} %", 100.0 * score.coverage_95),
-            ]
-        };
-        text_table::render(&header, &self.joints.iter().map(row).collect::<Vec<_>>())
+        let rows: Vec<Vec<String>> = self.joints.iter().map(|j| j.row(self.n_samples)).collect();
+        text_table::render(&HEADER, &rows)
     }
-}
-
-/// A value as indented JSON with a line end; floats have the fewest digits that read back exactly.
-///
-/// # Errors
-/// None for values without maps.
-pub fn json(value: &impl Serialize) -> Result<String, CliError> {
-    let text = serde_json::to_string_pretty(value)
-        .map_err(std::io::Error::other)
-        .map_err(CliError::io("write", "JSON"))?;
-    Ok(text + "\n")
 }

@@ -1,17 +1,19 @@
 //! `torque-gp likelihood`: the log marginal likelihood of given hyperparameters, and its gradient.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use gp_core::{GpError, LikelihoodOptions, evidence};
+use gp_core::{Evidence, LikelihoodOptions, evidence};
+use mtgp::{MtgpError, Stacked, TaskNoise};
 use serde::Serialize;
 
-use crate::commands::evaluate::json;
+use crate::context_column::ContextColumn;
+use crate::data_args::DataArgs;
 use crate::error::CliError;
 use crate::hyperparameter_file::Hyperparameters;
 use crate::messages;
-use crate::method::{self, MethodArg};
-use crate::output::Output;
+use crate::method::MethodArg;
+use crate::noise_std::NoiseStd;
+use crate::printed::PrintArgs;
 use crate::samples::{DataColumns, Samples};
 use crate::table::Table;
 use crate::text_table;
@@ -24,9 +26,8 @@ use crate::text_table;
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Args {
-    /// Measured states and torques; `-` is standard input
-    #[arg(long, value_name = "FILE.csv")]
-    data: PathBuf,
+    #[command(flatten)]
+    data: DataArgs,
 
     /// Joint whose torques are taken, by number or name
     #[arg(long, value_name = "JOINT")]
@@ -40,17 +41,8 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = MethodArg::Automatic)]
     method: MethodArg,
 
-    /// Rows to take, by their entry in the column `context`
-    #[arg(long, value_name = "NAME")]
-    context: Option<String>,
-
-    /// Start of the torque columns' names
-    #[arg(long, value_name = "NAME", default_value = "tau")]
-    tau_prefix: String,
-
-    /// Write JSON, with numbers in full
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    print: PrintArgs,
 }
 
 const EXAMPLES: &str = "\
@@ -66,8 +58,13 @@ Hyperparameter file, for N joints:
   coulomb_std = [1.0, 0.1, …]   # N, N·m; leave it out for no Coulomb friction
   noise_std = 0.01              # N·m
   Zeros in bias_std, linear_std, signal_std and coulomb_std switch a term off.
+For data of several contexts, which then needs the column `context`, also:
+  contexts = [\"c1\", \"c2\", \"c3\"]        # all that the data has, and no others
+  task_factor = [[1.1], [0.5, 0.8], [0.9, -0.3]]   # Λ, where ΛΛᵀ relates the contexts: a row for each
+  noise_std = [0.01, 0.02, 0.01]      # one for each context, or a number for all
 
-JSON: log_marginal_likelihood; gradient (an object with the names of the file); error_bound, in nats: what the
+JSON: log_marginal_likelihood; gradient (an object with the names of the file; task_factor as a row for each
+context, with zeros above the diagonal); error_bound, in nats: what the
 certified method leaves out and what rounding the covariances leaves in either; method; rank.
 
 Exit status: 0, or 2 for bad input or usage; then there is one message.";
@@ -79,7 +76,7 @@ struct Outcome {
     gradient: Hyperparameters,
     /// Nats.
     error_bound: f64,
-    method: &'static str,
+    method: String,
     rank: usize,
 }
 
@@ -88,62 +85,104 @@ struct Outcome {
 /// # Errors
 /// Anything wrong with the options or a file, and a covariance matrix that is not positive definite.
 pub fn run(args: &Args) -> Result<(), CliError> {
-    let table = Table::open(&args.data)?;
+    let table = Table::open(&args.data.path)?;
     let file = table.file().to_owned();
     let asked = std::slice::from_ref(&args.joint);
-    let columns = DataColumns::of_header(&table, &args.tau_prefix, "--joint", asked)?;
-    let n_joints = columns.joints.names.len();
-    let hyperparameters = Hyperparameters::load(&args.hyperparameters, n_joints)?;
-    let samples = columns.read(table, args.context.as_deref())?;
+    let columns = DataColumns::of_header(&table, &args.data.tau_prefix, "--joint", asked)?;
+    let hyperparameters = Hyperparameters::load(&args.hyperparameters, columns.joints.names.len())?;
+    let job = Job {
+        args,
+        n_joints: columns.joints.names.len(),
+        hyperparameters: &hyperparameters,
+    };
+    let (samples, numbers) = job.read(table, &columns)?;
     for doubt in &samples.doubts {
         messages::warning(format!("{file}: {doubt}"));
     }
-    let outcome =
-        likelihood(&samples, &hyperparameters, n_joints, args.method).map_err(|cause| {
-            CliError::Joint {
-                file,
-                joint: columns.joints.names[samples.torques[0].joint_idx].clone(),
-                cause: Box::new(cause),
-            }
+    let outcome = job
+        .outcome(&samples, &numbers)
+        .map_err(|cause| CliError::Joint {
+            file,
+            joint: columns.joints.names[samples.torques[0].joint_idx].clone(),
+            cause: Box::new(cause),
         })?;
-
-    let text = if args.json {
-        json(&outcome)?
-    } else {
-        outcome.table(&hyperparameters)
-    };
-    let mut output = Output::create(Path::new("-"))?;
-    output
-        .write_all(text.as_bytes())
-        .map_err(CliError::io("write", "standard output"))?;
-    output.commit()
+    args.print
+        .print(&outcome, |outcome| outcome.table(&hyperparameters))
 }
 
-fn likelihood(
-    samples: &Samples,
-    hyperparameters: &Hyperparameters,
+/// The likelihood of one joint.
+struct Job<'a> {
+    args: &'a Args,
     n_joints: usize,
-    method: MethodArg,
-) -> Result<Outcome, GpError> {
-    let covariance = hyperparameters.covariance(n_joints);
-    let options = LikelihoodOptions {
-        method: method.method(),
-        ..LikelihoodOptions::automatic()
-    };
-    let evidence = evidence(
-        &covariance,
-        hyperparameters.noise_std,
-        samples.x.as_ref(),
-        &samples.torques[0].values,
-        options,
-    )?;
-    Ok(Outcome {
-        log_marginal_likelihood: evidence.evaluation.log_marginal_likelihood,
-        gradient: Hyperparameters::named(&covariance, &evidence.gradient),
-        error_bound: evidence.evaluation.error_bound,
-        method: method::name(evidence.evaluation.method),
-        rank: evidence.evaluation.rank,
-    })
+    hyperparameters: &'a Hyperparameters,
+}
+
+impl Job<'_> {
+    /// The rows and, if the hyperparameters name contexts, the number of each row's.
+    fn read(&self, table: Table, columns: &DataColumns) -> Result<(Samples, Vec<usize>), CliError> {
+        let DataArgs { path, context, .. } = &self.args.data;
+        let Some(contexts) = &self.hyperparameters.contexts else {
+            return Ok((columns.read(table, context.as_deref())?, Vec::new()));
+        };
+        let whose = self.args.hyperparameters.display().to_string();
+        if let Some(context) = context {
+            return Err(CliError::Usage(format!(
+                "--context {context}: {whose} has `contexts`, so that rows of all of them are taken"
+            )));
+        }
+        let header = table.column_names();
+        let mut column = ContextColumn::of_known(table.file(), &header, contexts, &whose)?;
+        let samples = columns.read_all(table, &mut column)?;
+        if let Some(absent) = column.absent() {
+            let data = path.display();
+            return Err(CliError::Hyperparameters {
+                file: whose,
+                reason: format!(
+                    "`contexts`: `{absent}` has no row in {data}; leave it and its row of `task_factor` out"
+                ),
+            });
+        }
+        Ok((samples, column.numbers().to_vec()))
+    }
+
+    fn outcome(&self, samples: &Samples, numbers: &[usize]) -> Result<Outcome, MtgpError> {
+        let evidence = self.evidence(samples, numbers)?;
+        let covariance = self.hyperparameters.covariance(self.n_joints);
+        Ok(Outcome {
+            log_marginal_likelihood: evidence.evaluation.log_marginal_likelihood,
+            gradient: self.hyperparameters.named(&covariance, &evidence.gradient),
+            error_bound: evidence.evaluation.error_bound,
+            method: evidence.evaluation.method.to_string(),
+            rank: evidence.evaluation.rank,
+        })
+    }
+
+    fn evidence(&self, samples: &Samples, numbers: &[usize]) -> Result<Evidence, MtgpError> {
+        let options = LikelihoodOptions {
+            method: self.args.method.method(),
+            ..LikelihoodOptions::automatic()
+        };
+        let (x, torques) = (samples.x.as_ref(), &samples.torques[0].values);
+        let noise_std = self.hyperparameters.noise_std.values();
+        let Some(prior) = self.hyperparameters.task_covariance(self.n_joints)? else {
+            let covariance = self.hyperparameters.covariance(self.n_joints);
+            return Ok(evidence(&covariance, noise_std[0], x, torques, options)?);
+        };
+        let data = Stacked::new(x, numbers, prior.n_tasks())?;
+        let targets = data.stack(torques);
+        match &self.hyperparameters.noise_std {
+            NoiseStd::Shared(noise_std) => Ok(evidence(
+                &prior,
+                *noise_std,
+                data.inputs(),
+                &targets,
+                options,
+            )?),
+            NoiseStd::OfContexts(noise_std) => {
+                TaskNoise::new(prior, noise_std.clone())?.evidence(&data, &targets, options)
+            }
+        }
+    }
 }
 
 impl Outcome {

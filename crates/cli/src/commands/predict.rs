@@ -3,16 +3,17 @@
 use std::path::PathBuf;
 
 use faer::{Mat, MatRef};
-use gp_core::{JointPrediction, TorqueModel};
+use gp_core::JointPrediction;
 
 use crate::columns::StateColumns;
 use crate::degrees::DegreesWatch;
 use crate::error::CliError;
 use crate::messages;
-use crate::model_file;
+use crate::model_file::LearnedModel;
 use crate::output::{self, Output};
 use crate::range_watch::RangeWatch;
 use crate::result_table::{self, ResultTable};
+use crate::row_contexts::RowContexts;
 use crate::table::{Row, Table};
 
 /// Rows predicted together.
@@ -27,6 +28,7 @@ pub const BLOCK: usize = 1024;
 ///
 /// The standard deviation is that of the torque itself (latent); --observed adds the noise of a measurement.
 /// A warning counts the rows outside the range of the training data.
+/// A model of several contexts predicts each row in the one of its column `context`, or all in that of --context.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Args {
@@ -37,6 +39,11 @@ pub struct Args {
     /// States; `-` is standard input
     #[arg(long, value_name = "FILE.csv")]
     input: PathBuf,
+
+    /// Context in which all rows are predicted [default: each row's entry in the column `context`]; for models of
+    /// several contexts
+    #[arg(long, value_name = "NAME")]
+    context: Option<String>,
 
     /// Torques; `-` is standard output
     #[arg(long, value_name = "FILE.csv")]
@@ -63,6 +70,7 @@ const EXAMPLES: &str = "\
 Examples:
   torque-gp predict --model model.tgp --input states.csv --output torques.csv
   torque-gp predict --model model.tgp --input test.csv --tau-prefix model_tau --observed --output compared.csv
+  torque-gp predict --model mgp.tgp --context c7 --input states.csv --output torques.csv
   cat states.csv | torque-gp predict --model model.tgp --input - --output -
 
 Exit status: 0, or 2 for bad input or usage; then there is one message and no output file.";
@@ -73,28 +81,30 @@ Exit status: 0, or 2 for bad input or usage; then there is one message and no ou
 /// Anything wrong with the options or a file; no output is left.
 pub fn run(args: &Args) -> Result<(), CliError> {
     output::check_not_an_input(&args.output, &[&args.model, &args.input])?;
-    let model = model_file::load(&args.model)?;
+    let model = LearnedModel::load(&args.model)?;
     let table = Table::open(&args.input)?;
     let file = table.file().to_owned();
-    let columns = StateColumns::find(&file, &table.column_names(), &model_file::joints(&model))?;
-    model_file::note_order(&file, &columns, &model);
+    let columns = StateColumns::find(&file, &table.column_names(), &model.joints())?;
+    model.note_order(&file, &columns);
+    let whose = args.model.display().to_string();
+    let contexts = RowContexts::new(&model, &whose, &table, args.context.as_deref())?;
     let names = columns
         .naming
         .columns(&args.tau_prefix, model.joint_names());
-    let added = model.learned().iter().flat_map(|(joint_idx, _)| {
-        [
-            names[*joint_idx].clone(),
-            format!("{}_std", names[*joint_idx]),
-        ]
+    let added = model.learned().into_iter().flat_map(|joint_idx| {
+        let name = &names[joint_idx];
+        [name.clone(), format!("{name}_std")]
     });
     let mut job = Job {
         result: ResultTable::new(&table, &columns, args.keep_states, added.collect())?,
         ranges: RangeWatch::new(model.ranges()),
-        degrees: DegreesWatch::without_robot(&columns.states[..model.n_joints()]),
+        degrees: DegreesWatch::without_robot(&columns.states[..model.joint_names().len()]),
+        contexts,
         model: &model,
         columns: &columns,
         is_observed: args.observed,
         states: Vec::new(),
+        numbers: Vec::new(),
         copied: Vec::new(),
         n_predicted: 0,
     };
@@ -121,7 +131,8 @@ pub fn run(args: &Args) -> Result<(), CliError> {
 
 /// Everything that a block of rows needs.
 struct Job<'a> {
-    model: &'a TorqueModel,
+    model: &'a LearnedModel,
+    contexts: RowContexts,
     columns: &'a StateColumns,
     result: ResultTable,
     ranges: RangeWatch<'a>,
@@ -129,6 +140,8 @@ struct Job<'a> {
     is_observed: bool,
     /// States of the block, row-major.
     states: Vec<f64>,
+    /// Numbers of the contexts of the block's rows.
+    numbers: Vec<usize>,
     /// Copied fields of each row of the block.
     copied: Vec<Vec<String>>,
     n_predicted: usize,
@@ -148,12 +161,13 @@ impl Job<'_> {
     }
 
     fn take(&mut self, row: Row<'_>) -> Result<(), CliError> {
+        self.numbers.push(self.contexts.take(row)?);
         let first = self.states.len();
         for column in &self.columns.states {
             self.states.push(row.number(column)?);
         }
         let x = &self.states[first..];
-        self.degrees.see(&x[..self.model.n_joints()]);
+        self.degrees.see(&x[..self.model.joint_names().len()]);
         self.ranges.see(x);
         let copied = self.result.copied_fields(row).map(str::to_owned);
         self.copied.push(copied.collect());
@@ -167,7 +181,8 @@ impl Job<'_> {
         let x = Mat::from_fn(self.copied.len(), n_covariates, |row, col| {
             states[row * n_covariates + col]
         });
-        let predictions = predict(self.model, x.as_ref(), file, self.n_predicted)?;
+        let contexts = std::mem::take(&mut self.numbers);
+        let predictions = predict(self.model, x.as_ref(), &contexts, file, self.n_predicted)?;
         let mut numbers = Vec::with_capacity(2 * predictions.len());
         for (row, copied) in self.copied.iter().enumerate() {
             numbers.clear();
@@ -193,8 +208,9 @@ impl Job<'_> {
 /// # Errors
 /// States that are so large that the model overflows, with their row; `n_before` rows came before the block.
 pub fn predict(
-    model: &TorqueModel,
+    model: &LearnedModel,
     x: MatRef<'_, f64>,
+    contexts: &[usize],
     file: &str,
     n_before: usize,
 ) -> Result<Vec<JointPrediction>, CliError> {
@@ -203,7 +219,7 @@ pub fn predict(
         reason,
     };
     let predictions = model
-        .predict(x)
+        .predict(x, contexts)
         .map_err(|error| unusable(error.to_string()))?;
     for joint in &predictions {
         let numbers = joint.mean.iter().zip(&joint.var);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! bytes 0–7    TORQUEGP
-//! bytes 8–11   format version, u32
+//! bytes 8–11   kind and format version, one u32: version in the low 16 bits, kind above
 //! bytes 12–19  length of the payload in bytes, u64
 //! bytes 20–51  SHA-256 of bytes 0–19 followed by the payload
 //! bytes 52–    payload: a record in bincode 2, integers of fixed width
@@ -11,11 +11,12 @@
 //! This module alone knows the encoding of the payload, in one `encode` and one
 //! `decode`, so that another can take its place under the next format version.
 
-use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
-use sha2::{Digest, Sha256};
+use std::fmt;
 
-use crate::model::record::ModelRecord;
-use crate::model::torque_model::TorqueModel;
+use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
 
 /// Version of the file format written here, and the newest that can be read.
 pub const FORMAT_VERSION: u32 = 1;
@@ -35,6 +36,44 @@ fn encoding() -> Encoding {
     bincode::config::standard()
         .with_fixed_int_encoding()
         .with_limit()
+}
+
+/// What kind of model a file holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModelFileKind {
+    /// [`crate::TorqueModel`]: a torque model for each joint.
+    OneContext,
+    /// One for each joint that covers several contexts.
+    ManyContexts,
+}
+
+impl ModelFileKind {
+    const ALL: [Self; 2] = [Self::OneContext, Self::ManyContexts];
+
+    /// The upper 16 bits of the header's word.
+    fn code(self) -> u32 {
+        match self {
+            Self::OneContext => 0,
+            Self::ManyContexts => 1,
+        }
+    }
+
+    /// The kind in the bytes of a whole, unaltered model file.
+    ///
+    /// # Errors
+    /// [`ModelFileError`], as for reading the model.
+    pub fn of(bytes: &[u8]) -> Result<Self, ModelFileError> {
+        checked_payload(bytes).map(|(kind, _)| kind)
+    }
+}
+
+impl fmt::Display for ModelFileKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::OneContext => "a model of one context",
+            Self::ManyContexts => "a model of several contexts",
+        })
+    }
 }
 
 /// Why the bytes of a file are not a model.
@@ -63,6 +102,14 @@ pub enum ModelFileError {
         /// Newest version known here.
         supported: u32,
     },
+    /// The file holds a model of another kind.
+    #[error("model file holds {found}, not {expected}")]
+    OtherKind {
+        /// What it holds.
+        found: ModelFileKind,
+        /// What was to be read.
+        expected: ModelFileKind,
+    },
     /// The file is whole, but what it holds is not a model.
     #[error("model file is malformed: {what}")]
     Malformed {
@@ -77,34 +124,45 @@ impl ModelFileError {
     }
 }
 
-/// The bytes of a model file.
-pub(crate) fn encode(model: &TorqueModel) -> Vec<u8> {
-    let record = ModelRecord::of(model);
-    let payload = bincode::serde::encode_to_vec(&record, encoding())
+/// The bytes of a model file with a record of numbers, strings and lists.
+///
+/// # Panics
+/// If the record has no encoding, as one with a list of unknown length.
+pub fn encode_model(kind: ModelFileKind, record: &impl Serialize) -> Vec<u8> {
+    let payload = bincode::serde::encode_to_vec(record, encoding())
         .expect("a record of numbers, strings and lists has an encoding");
-    framed(FORMAT_VERSION, &payload)
+    framed((kind.code() << 16) | FORMAT_VERSION, &payload)
 }
 
-/// The model in the bytes of a model file.
-pub(crate) fn decode(bytes: &[u8]) -> Result<TorqueModel, ModelFileError> {
-    let payload = checked_payload(bytes)?;
-    let (record, consumed): (ModelRecord, usize) =
-        bincode::serde::decode_from_slice(payload, encoding())
-            .map_err(|error| ModelFileError::malformed(error.to_string()))?;
+/// The record in the bytes of a model file.
+///
+/// # Errors
+/// [`ModelFileError`]: anything but a whole, unaltered file of this kind and a version known here.
+pub fn decode_model<R: DeserializeOwned>(
+    kind: ModelFileKind,
+    bytes: &[u8],
+) -> Result<R, ModelFileError> {
+    let (found, payload) = checked_payload(bytes)?;
+    if found != kind {
+        let expected = kind;
+        return Err(ModelFileError::OtherKind { found, expected });
+    }
+    let (record, consumed): (R, usize) = bincode::serde::decode_from_slice(payload, encoding())
+        .map_err(|error| ModelFileError::malformed(error.to_string()))?;
     if consumed != payload.len() {
         let surplus = payload.len() - consumed;
         return Err(ModelFileError::malformed(format!(
             "{surplus} bytes of payload after the model"
         )));
     }
-    record.into_model()
+    Ok(record)
 }
 
 /// A payload behind its header.
-fn framed(version: u32, payload: &[u8]) -> Vec<u8> {
+fn framed(kind_and_version: u32, payload: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(HEADER + payload.len());
     bytes.extend_from_slice(MAGIC);
-    bytes.extend_from_slice(&version.to_le_bytes());
+    bytes.extend_from_slice(&kind_and_version.to_le_bytes());
     bytes.extend_from_slice(&(payload.len() as u64).to_le_bytes());
     let checksum = checksum(&bytes, payload);
     bytes.extend_from_slice(&checksum);
@@ -119,8 +177,8 @@ fn checksum(prefix: &[u8], payload: &[u8]) -> [u8; 32] {
     hash.finalize().into()
 }
 
-/// The payload, if the header is one and its checksum matches.
-fn checked_payload(bytes: &[u8]) -> Result<&[u8], ModelFileError> {
+/// The kind and the payload, if the header is one and its checksum matches.
+fn checked_payload(bytes: &[u8]) -> Result<(ModelFileKind, &[u8]), ModelFileError> {
     let found = bytes.len() as u64;
     let truncated = |expected: u64| ModelFileError::Truncated { expected, found };
     let n_magic = bytes.len().min(MAGIC.len());
@@ -131,7 +189,8 @@ fn checked_payload(bytes: &[u8]) -> Result<&[u8], ModelFileError> {
         .split_at_checked(HEADER)
         .ok_or_else(|| truncated(HEADER as u64))?;
 
-    let version = u32::from_le_bytes(array(&header[8..12]));
+    let kind_and_version = u32::from_le_bytes(array(&header[8..12]));
+    let (code, version) = (kind_and_version >> 16, kind_and_version & 0xffff);
     if version > FORMAT_VERSION {
         return Err(ModelFileError::NewerVersion {
             found: version,
@@ -155,7 +214,9 @@ fn checked_payload(bytes: &[u8]) -> Result<&[u8], ModelFileError> {
     if version == 0 {
         return Err(ModelFileError::malformed("format version 0"));
     }
-    Ok(payload)
+    let kind = (ModelFileKind::ALL.into_iter()).find(|kind| kind.code() == code);
+    let kind = kind.ok_or_else(|| ModelFileError::malformed(format!("kind {code} of model")))?;
+    Ok((kind, payload))
 }
 
 fn array<const N: usize>(bytes: &[u8]) -> [u8; N] {
@@ -173,7 +234,9 @@ mod tests {
 
     use super::*;
     use crate::fit_posterior::FitPosterior;
-    use crate::model::{FitSummary, JointModel, ProcessModel, Provenance, TrainingRanges};
+    use crate::model::{
+        FitSummary, JointModel, ProcessModel, Provenance, TorqueModel, TrainingRanges,
+    };
     use crate::{BayesLinear, LikelihoodOptions, LinearForm, Method};
 
     fn process(x: &Mat<f64>, targets: &[f64], method: Method) -> JointModel {
@@ -224,7 +287,7 @@ mod tests {
     /// A forger can write a checksum; what passes it may be another model, but never a panic.
     #[test]
     fn payloads_altered_behind_a_valid_checksum_are_refused_or_still_predict() {
-        let payload = encode(&small_model()).split_off(HEADER);
+        let payload = small_model().to_bytes().split_off(HEADER);
         let x = Mat::from_fn(2, 9, |i, j| (i + j) as f64 * 0.25);
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let mut n_refused = 0;
@@ -239,7 +302,7 @@ mod tests {
             if trial % 5 == 0 {
                 altered.truncate(rng.random_range(0..payload.len()));
             }
-            let Ok(model) = decode(&framed(FORMAT_VERSION, &altered)) else {
+            let Ok(model) = TorqueModel::from_bytes(&framed(FORMAT_VERSION, &altered)) else {
                 n_refused += 1;
                 continue;
             };
@@ -259,7 +322,7 @@ mod tests {
         for length in [1_u64 << 60, u64::MAX, 1 << 40, 1 << 31] {
             let mut payload = length.to_le_bytes().to_vec();
             payload.extend_from_slice(&[0; 64]);
-            let error = decode(&framed(FORMAT_VERSION, &payload)).unwrap_err();
+            let error = TorqueModel::from_bytes(&framed(FORMAT_VERSION, &payload)).unwrap_err();
             assert!(
                 matches!(error, ModelFileError::Malformed { .. }),
                 "{error:?}"
@@ -269,13 +332,26 @@ mod tests {
 
     #[test]
     fn version_zero_with_a_valid_checksum_is_malformed() {
-        let error = decode(&framed(0, &[])).unwrap_err();
+        let error = TorqueModel::from_bytes(&framed(0, &[])).unwrap_err();
         assert_eq!(error, ModelFileError::malformed("format version 0"));
     }
 
     #[test]
+    fn a_kind_that_is_not_known_or_not_asked_for_is_named() {
+        let payload = small_model().to_bytes().split_off(HEADER);
+        let of_kind = |code: u32| framed((code << 16) | FORMAT_VERSION, &payload);
+        let error = TorqueModel::from_bytes(&of_kind(1)).unwrap_err();
+        let expected = "model file holds a model of several contexts, not a model of one context";
+        assert_eq!(error.to_string(), expected);
+        let error = ModelFileKind::of(&of_kind(2)).unwrap_err();
+        assert_eq!(error, ModelFileError::malformed("kind 2 of model"));
+        let kind = ModelFileKind::of(&of_kind(0));
+        assert_eq!(kind, Ok(ModelFileKind::OneContext));
+    }
+
+    #[test]
     fn a_newer_version_is_named() {
-        let error = decode(&framed(FORMAT_VERSION + 1, &[])).unwrap_err();
+        let error = TorqueModel::from_bytes(&framed(FORMAT_VERSION + 1, &[])).unwrap_err();
         let expected = ModelFileError::NewerVersion {
             found: FORMAT_VERSION + 1,
             supported: FORMAT_VERSION,

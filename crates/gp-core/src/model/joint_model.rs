@@ -7,11 +7,9 @@ use kernels::TorqueForm;
 
 use crate::bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
 use crate::error::GpError;
-use crate::evidence::MethodUsed;
 use crate::fit::Fit;
 use crate::fit_posterior::FitPosterior;
 use crate::fit_report::FitReport;
-use crate::init::StartKind;
 use crate::posterior::Prediction;
 
 /// The four models of sec. 3.
@@ -65,32 +63,15 @@ impl FitSummary {
     fn of(report: &FitReport) -> Self {
         Self {
             log_marginal: report.log_marginal,
-            start: start_name(report.winning_start().kind).to_owned(),
-            n_starts: report.starts.len(),
+            start: report.winning_start().kind.to_string(),
+            n_starts: report.stages.first().map_or(0, |stage| stage.starts.len()),
             evaluations: report.evaluations(),
             bounds_hit: report.bounds_hit.clone(),
             condition_lower_bound: report.condition_lower_bound,
-            method: method_name(report.method).to_owned(),
+            method: report.method.to_string(),
             rank: report.rank,
             error_bound: Some(report.error_bound),
         }
-    }
-}
-
-fn method_name(method: MethodUsed) -> &'static str {
-    match method {
-        MethodUsed::Dense => "dense",
-        MethodUsed::Certified => "certified",
-    }
-}
-
-fn start_name(kind: StartKind) -> &'static str {
-    match kind {
-        StartKind::Chapter => "eq. (22)",
-        StartKind::DoubleLengthScales => "length scales × 2",
-        StartKind::TypicalPairs => "length scales × √(3ℓ)",
-        StartKind::TypicalPairsLowNoise => "length scales × √(3ℓ), low noise",
-        StartKind::Given => "given",
     }
 }
 

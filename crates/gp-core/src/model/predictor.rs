@@ -32,6 +32,7 @@ pub struct Predictor {
     joint_indices: Vec<usize>,
     noise_vars: Vec<f64>,
     ranges: TrainingRanges,
+    n_views: usize,
 }
 
 /// Scratch of a [`Predictor`], one per thread.
@@ -66,14 +67,14 @@ impl JointPredictor {
         }
     }
 
-    fn predict(&self, scratch: &mut PredictorScratch, x: &[f64]) -> (f64, f64) {
+    fn predict(&self, view: usize, scratch: &mut PredictorScratch, x: &[f64]) -> (f64, f64) {
         let order = self.order();
         let k = &mut scratch.k[..order];
         match self {
             Self::Linear(linear) => linear.predict(x, &scratch.signs, k),
             Self::Process(process) => {
                 let correlations = &mut scratch.correlations[..order];
-                process.predict(x, &scratch.signs, correlations, k)
+                process.predict(view, x, &scratch.signs, correlations, k)
             }
         }
     }
@@ -91,7 +92,41 @@ impl Predictor {
             joint_indices: learned.iter().map(|(idx, _)| *idx).collect(),
             noise_vars: learned.iter().map(|(_, m)| m.noise_var()).collect(),
             ranges: model.ranges().clone(),
+            n_views: 1,
         }
+    }
+
+    /// Of processes with the same contexts, each with its joint's index and the variance of its noise.
+    ///
+    /// # Panics
+    /// If there is no process, or they differ in their numbers of contexts.
+    pub fn of_processes(
+        n_joints: usize,
+        processes: Vec<(usize, ProcessPredictor, f64)>,
+        ranges: TrainingRanges,
+    ) -> Self {
+        let n_views = processes[0].1.n_views();
+        let mut predictor = Self {
+            n_joints,
+            joints: Vec::new(),
+            joint_indices: Vec::new(),
+            noise_vars: Vec::new(),
+            ranges,
+            n_views,
+        };
+        for (joint_idx, process, noise_var) in processes {
+            assert_eq!(process.n_views(), n_views, "the joints' contexts differ");
+            let process = JointPredictor::Process(Box::new(process));
+            predictor.joints.push(process);
+            predictor.joint_indices.push(joint_idx);
+            predictor.noise_vars.push(noise_var);
+        }
+        predictor
+    }
+
+    /// Number of contexts; one unless it is [`Predictor::of_processes`] of several.
+    pub fn n_contexts(&self) -> usize {
+        self.n_views
     }
 
     /// Number of learned joints, the length of a prediction.
@@ -145,6 +180,25 @@ impl Predictor {
         mean: &mut [f64],
         var: &mut [f64],
     ) -> Result<(), GpError> {
+        self.predict_context_into(0, scratch, x, mean, var)
+    }
+
+    /// As [`Predictor::predict_into`], in a context: switching it is a change of an index.
+    ///
+    /// # Errors
+    /// As for [`Predictor::predict_into`].
+    /// # Panics
+    /// As for [`Predictor::predict_into`], or if there is no such context.
+    pub fn predict_context_into(
+        &self,
+        context: usize,
+        scratch: &mut PredictorScratch,
+        x: &[f64],
+        mean: &mut [f64],
+        var: &mut [f64],
+    ) -> Result<(), GpError> {
+        let view = context;
+        assert!(view < self.n_views, "context {view} of {}", self.n_views);
         assert_eq!(x.len(), 3 * self.n_joints, "x holds (q, qd, qdd)");
         assert_eq!(mean.len(), self.n_learned());
         assert_eq!(var.len(), self.n_learned());
@@ -165,7 +219,7 @@ impl Predictor {
             *sign = sgn(*velocity);
         }
         for ((joint, mean), var) in self.joints.iter().zip(mean).zip(var) {
-            (*mean, *var) = joint.predict(scratch, x);
+            (*mean, *var) = joint.predict(view, scratch, x);
         }
         Ok(())
     }

@@ -1,13 +1,14 @@
 //! One Gaussian process at one state: the squared exponential on basis points, the rest in weights.
+//!
+//! A process of several contexts is one whose covariance with each basis point is scaled by a number
+//! that depends on the context asked for; everything else is shared.
 
 use faer::MatRef;
-use kernels::{TorqueCovariance, exp_in_place, sgn};
+use kernels::{Covariance, TorqueCovariance, exp_in_place, sgn};
 
 use crate::fit_posterior::FitPosterior;
-use crate::low_rank_posterior::LowRankPosterior;
 use crate::model::dot::{dot, dot_compensated};
 use crate::model::packed_lower::PackedLower;
-use crate::posterior::Posterior;
 
 /// Where a process keeps what it learned: its basis points and the factors of its variance.
 ///
@@ -29,26 +30,88 @@ struct Basis<'a> {
 }
 
 impl<'a> Basis<'a> {
-    fn training_points(posterior: &'a Posterior<TorqueCovariance>) -> Self {
+    /// Of a process over `covariance`, with the covariates of its basis points.
+    fn new<C: Covariance>(
+        posterior: &'a FitPosterior<C>,
+        covariance: &'a TorqueCovariance,
+        points: MatRef<'a, f64>,
+    ) -> Self {
+        let (weights, l, noise) = match posterior {
+            FitPosterior::Dense(posterior) => (
+                posterior.alpha(),
+                PackedLower::of(posterior.factor().l()),
+                None,
+            ),
+            FitPosterior::LowRank(posterior) => {
+                let parts = posterior.parts();
+                let r_transposed = PackedLower::of(parts.noise_factor.transpose());
+                (
+                    parts.weights.as_slice(),
+                    PackedLower::of(parts.pivot_factor.as_ref()),
+                    Some((r_transposed, parts.noise_std * parts.noise_std)),
+                )
+            }
+        };
+        assert_eq!(points.nrows(), weights.len());
         Self {
-            covariance: posterior.covariance(),
-            points: posterior.x(),
-            weights: posterior.alpha(),
-            l: PackedLower::of(posterior.factor().l()),
-            noise: None,
+            covariance,
+            points,
+            weights,
+            l,
+            noise,
+        }
+    }
+}
+
+/// How the covariance of eq. (7) is scaled in one context.
+///
+/// ```text
+/// c(p, x) = s_p c^x(p, x) for basis point p,   c(x, x) = s c^x(x, x)
+/// ```
+#[derive(Debug, Clone)]
+pub struct Scaling {
+    /// s_p, (r,).
+    pub of_points: Vec<f64>,
+    /// s.
+    pub of_prior: f64,
+}
+
+/// What differs between contexts.
+#[derive(Debug, Clone)]
+struct View {
+    folded: Folded,
+    /// v² s_p β_p, (r,).
+    signal_weights: Vec<f64>,
+    /// None if all are one.
+    scaling: Option<Scaling>,
+}
+
+impl View {
+    fn new(
+        terms: &Terms,
+        points: &[f64],
+        signs: &[f64],
+        weights: &[f64],
+        scaling: Option<Scaling>,
+    ) -> Self {
+        let scaled: Vec<f64> = match &scaling {
+            None => weights.to_vec(),
+            Some(scaling) => (weights.iter().zip(&scaling.of_points))
+                .map(|(weight, scale)| weight * scale)
+                .collect(),
+        };
+        Self {
+            folded: Folded::new(terms, points, signs, &scaled),
+            signal_weights: (scaled.iter())
+                .map(|weight| terms.signal_var * weight)
+                .collect(),
+            scaling,
         }
     }
 
-    fn pivots(posterior: &'a LowRankPosterior<TorqueCovariance>) -> Self {
-        let parts = posterior.parts();
-        let r_transposed = PackedLower::of(parts.noise_factor.transpose());
-        Self {
-            covariance: posterior.covariance(),
-            points: parts.pivots.as_ref(),
-            weights: &parts.weights,
-            l: PackedLower::of(parts.pivot_factor.as_ref()),
-            noise: Some((r_transposed, parts.noise_std * parts.noise_std)),
-        }
+    fn scale_prior(&self, variance: f64) -> f64 {
+        let scaling = self.scaling.as_ref();
+        scaling.map_or(variance, |scaling| scaling.of_prior * variance)
     }
 }
 
@@ -70,28 +133,53 @@ struct Folded {
     coulomb: Vec<f64>, // (ℓ,), or empty
 }
 
-/// A process ready to be asked at one state.
+/// A process ready to be asked at one state, in each of its contexts.
 #[derive(Debug, Clone)]
-pub(crate) struct ProcessPredictor {
+pub struct ProcessPredictor {
     terms: Terms,
-    folded: Folded,
+    views: Vec<View>,
     points: Vec<f64>, // (r, 3ℓ), column after column
     signs: Vec<f64>,  // (r, ℓ), column after column, or empty
-    /// v² β, (r,).
-    signal_weights: Vec<f64>,
     l: PackedLower,
     noise: Option<(PackedLower, f64)>,
 }
 
 impl ProcessPredictor {
-    pub fn new(posterior: &FitPosterior) -> Self {
-        Self::from_basis(match posterior {
-            FitPosterior::Dense(posterior) => Basis::training_points(posterior),
-            FitPosterior::LowRank(posterior) => Basis::pivots(posterior),
-        })
+    /// Of a process with one context.
+    pub(crate) fn new(posterior: &FitPosterior) -> Self {
+        let points = match posterior {
+            FitPosterior::Dense(posterior) => posterior.x(),
+            FitPosterior::LowRank(posterior) => posterior.parts().pivots.as_ref(),
+        };
+        Self::from_basis(
+            Basis::new(posterior, posterior.covariance(), points),
+            vec![None],
+        )
     }
 
-    fn from_basis(basis: Basis<'_>) -> Self {
+    /// Of a process whose covariance is that of eq. (7), scaled by context.
+    ///
+    /// # Shapes
+    /// `points` (r, 3ℓ), the covariates of the basis points of `posterior`: its training
+    /// inputs if dense, else its pivots; `scalings` one per context.
+    /// # Panics
+    /// On other shapes.
+    pub fn scaled<C: Covariance>(
+        posterior: &FitPosterior<C>,
+        input: &TorqueCovariance,
+        points: MatRef<'_, f64>,
+        scalings: Vec<Scaling>,
+    ) -> Self {
+        assert_eq!(points.ncols(), 3 * input.n_joints());
+        let is_whole = |scaling: &Scaling| scaling.of_points.len() == points.nrows();
+        assert!(scalings.iter().all(is_whole), "one scale per basis point");
+        Self::from_basis(
+            Basis::new(posterior, input, points),
+            scalings.into_iter().map(Some).collect(),
+        )
+    }
+
+    fn from_basis(basis: Basis<'_>, scalings: Vec<Option<Scaling>>) -> Self {
         let terms = Terms::of(basis.covariance);
         let n_joints = basis.covariance.n_joints();
         let points: Vec<f64> = (basis.points.col_iter())
@@ -101,11 +189,9 @@ impl ProcessPredictor {
         let signs: Vec<f64> = (velocities.col_iter())
             .flat_map(|column| column.iter().map(|velocity| sgn(*velocity)))
             .collect();
+        let view = |scaling| View::new(&terms, &points, &signs, basis.weights, scaling);
         Self {
-            folded: Folded::new(&terms, &points, &signs, basis.weights),
-            signal_weights: (basis.weights.iter())
-                .map(|weight| terms.signal_var * weight)
-                .collect(),
+            views: scalings.into_iter().map(view).collect(),
             terms,
             points,
             signs,
@@ -115,13 +201,19 @@ impl ProcessPredictor {
     }
 
     /// Number of basis points r.
-    pub fn n_points(&self) -> usize {
-        self.signal_weights.len()
+    pub(crate) fn n_points(&self) -> usize {
+        self.l.order()
     }
 
-    /// Mean and latent variance at x, with `signs` = sgn q̇ and two scratch vectors of r entries.
-    pub fn predict(
+    /// Number of contexts.
+    pub(crate) fn n_views(&self) -> usize {
+        self.views.len()
+    }
+
+    /// Mean and latent variance at x in a context, with `signs` = sgn q̇ and two scratch vectors of r entries.
+    pub(crate) fn predict(
         &self,
+        view: usize,
         x: &[f64],
         signs: &[f64],
         correlations: &mut [f64],
@@ -135,7 +227,7 @@ impl ProcessPredictor {
         exp_in_place(correlations);
         arch.dispatch(
             #[inline(always)]
-            || self.mean_and_var(x, signs, correlations, k),
+            || self.mean_and_var(&self.views[view], x, signs, correlations, k),
         )
     }
 
@@ -174,22 +266,29 @@ impl ProcessPredictor {
     #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
     fn mean_and_var(
         &self,
+        view: &View,
         x: &[f64],
         signs: &[f64],
         correlations: &[f64],
         k: &mut [f64],
     ) -> (f64, f64) {
-        let n_signs = self.folded.coulomb.len();
-        let mean = dot(&self.signal_weights, correlations)
-            + dot(&self.folded.linear, x)
-            + dot(&self.folded.coulomb, &signs[..n_signs])
-            + self.folded.bias;
+        let n_signs = view.folded.coulomb.len();
+        let mean = dot(&view.signal_weights, correlations)
+            + dot(&view.folded.linear, x)
+            + dot(&view.folded.coulomb, &signs[..n_signs])
+            + view.folded.bias;
 
         for (k, correlation) in k.iter_mut().zip(correlations) {
             *k += self.terms.signal_var * correlation;
         }
+        if let Some(scaling) = &view.scaling {
+            for (k, scale) in k.iter_mut().zip(&scaling.of_points) {
+                *k *= scale;
+            }
+        }
         self.l.solve_in_place(k); // φ
-        let unexplained = self.terms.prior_var(x, &signs[..n_signs]) - dot(k, k);
+        let prior_var = view.scale_prior(self.terms.prior_var(x, &signs[..n_signs]));
+        let unexplained = prior_var - dot(k, k);
         // The comparison lets NaN through, which f64::max would turn into certainty.
         let mut var = if unexplained < 0.0 { 0.0 } else { unexplained };
         if let Some((r_transposed, noise_var)) = &self.noise {

@@ -3,10 +3,11 @@
 use faer::MatRef;
 
 use crate::error::GpError;
-use crate::model::file::{self, ModelFileError};
+use crate::model::file::{ModelFileError, ModelFileKind, decode_model, encode_model};
 use crate::model::joint_model::JointModel;
 use crate::model::predictor::Predictor;
 use crate::model::provenance::Provenance;
+use crate::model::record::ModelRecord;
 use crate::model::training_ranges::TrainingRanges;
 
 /// What is learned for a robot: a torque model for some or all of its joints.
@@ -143,7 +144,7 @@ impl TorqueModel {
 
     /// The bytes of a model file.
     pub fn to_bytes(&self) -> Vec<u8> {
-        file::encode(self)
+        encode_model(ModelFileKind::OneContext, &ModelRecord::of(self))
     }
 
     /// The model in the bytes of a model file.
@@ -152,7 +153,7 @@ impl TorqueModel {
     /// # Errors
     /// [`ModelFileError`]: anything but a whole, unaltered file of a version known here.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ModelFileError> {
-        file::decode(bytes)
+        decode_model::<ModelRecord>(ModelFileKind::OneContext, bytes)?.into_model()
     }
 }
 

@@ -51,6 +51,8 @@ pub enum StopReason {
     ValueStalled,
     /// The evaluations are used up.
     EvaluationLimit,
+    /// The work that the objective may take is used up.
+    WorkLimit,
     /// Line searches kept failing, although each restart still gained something.
     RecoveryLimit,
     /// The function is undefined at the start.
@@ -161,6 +163,9 @@ fn search(
         let best = now.best_point();
         if now.projected_gradient(&best) <= options.gradient_tolerance {
             return StopReason::GradientSmall;
+        }
+        if now.objective.is_spent() {
+            return StopReason::WorkLimit;
         }
         if now.is_exhausted() {
             return StopReason::EvaluationLimit;
@@ -312,7 +317,7 @@ impl<'a> Record<'a> {
     }
 
     fn is_exhausted(&self) -> bool {
-        self.evaluations >= self.max_evaluations
+        self.evaluations >= self.max_evaluations || self.objective.is_spent()
     }
 }
 

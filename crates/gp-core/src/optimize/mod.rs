@@ -1,10 +1,15 @@
 //! Minimisation of a smooth function under bounds, knowing nothing of Gaussian processes.
 
 mod bounds;
+mod budget;
+mod curvature;
 mod lbfgs;
 mod line_search;
 
 pub(crate) use bounds::Reparametrised;
+pub(crate) use budget::Budgeted;
+pub use curvature::Curvature;
+pub(crate) use curvature::Scaled;
 pub use lbfgs::{MinimizeOptions, Minimum, StopReason, minimize};
 
 /// A smooth function on R^p that may be undefined in places.
@@ -29,5 +34,10 @@ pub trait Objective {
     fn released(&self, z: &[f64], gradient: &[f64], tolerance: f64) -> Option<Vec<f64>> {
         let _ = (z, gradient, tolerance);
         None
+    }
+
+    /// Whether the work that the search may take is used up; the best point is then returned.
+    fn is_spent(&self) -> bool {
+        false
     }
 }

@@ -1,0 +1,10 @@
+//! Many contexts at once: the experiment of section 4.6, one unit of work a joint and a size.
+
+pub mod draw;
+pub mod measure;
+pub mod model;
+pub mod ranks;
+pub mod run;
+pub mod spec;
+pub mod summary;
+pub mod unit;

@@ -1,0 +1,59 @@
+//! All units of a run: the finished ones read, the others computed side by side.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Instant;
+
+use super::measure::{Bench, measure};
+use super::unit::Unit;
+use crate::dataset::DataSet;
+use crate::error::BenchError;
+use crate::run::{Computed, Reuse, RunOutcome, Seconds, complete, side_by_side};
+use crate::split::Split;
+use crate::store::Store;
+
+/// Runs the units on `n_threads` threads (0: one a core).
+///
+/// Units run in parallel, each sequential inside, and are collected in their own order:
+/// the results are the same bits for every number of threads.
+///
+/// # Errors
+/// As for [`crate::run::run`].
+pub fn run(
+    units: &BTreeSet<Unit>,
+    store: &Store,
+    reuse: Reuse,
+    n_threads: usize,
+) -> Result<RunOutcome<Unit>, BenchError> {
+    complete(units, store, reuse, n_threads, |open, n_reused| {
+        compute(open, store, n_reused)
+    })
+}
+
+fn compute(units: &[Unit], store: &Store, n_reused: usize) -> Result<Computed<Unit>, BenchError> {
+    let start = Instant::now();
+    let n_contexts = units.iter().map(|unit| unit.n_contexts).max().unwrap_or(0);
+    let loads: BTreeSet<usize> = (1..=n_contexts).collect();
+    let data = DataSet::simulate(&loads)?;
+    let seeds: BTreeSet<&str> = units.iter().map(|unit| unit.split_seed.as_str()).collect();
+    let splits_of = |seed: &str| -> BTreeMap<usize, Split> {
+        let split = |&load: &usize| (load, Split::draw(seed, load));
+        loads.iter().map(split).collect()
+    };
+    let splits = seeds.into_iter().map(|seed| (seed, splits_of(seed)));
+    let splits: BTreeMap<&str, BTreeMap<usize, Split>> = splits.collect();
+    let bench = Bench::new(&data, splits);
+    let data_set = start.elapsed().as_secs_f64();
+
+    let start = Instant::now();
+    let order = longest_first(units);
+    let results = side_by_side(units, &order, store, n_reused, |unit| measure(unit, &bench));
+    let cells = start.elapsed().as_secs_f64();
+    Ok((results, Seconds { data_set, cells }))
+}
+
+/// Indices of the units, largest first, so that no thread is left alone with a long one at the end.
+fn longest_first(units: &[Unit]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..units.len()).collect();
+    order.sort_by_key(|&i| std::cmp::Reverse(units[i].n_total));
+    order
+}

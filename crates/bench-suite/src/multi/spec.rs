@@ -1,0 +1,229 @@
+//! Experiments with many contexts as data: figures 10 and 11.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Deserialize;
+
+use super::model::MultiModel;
+use super::unit::Unit;
+use crate::cell::TestSet;
+use crate::error::BenchError;
+use crate::spec::{MAX_SIZE, N_JOINTS, Profile, Prose};
+use crate::split::UNIQUE;
+
+/// Sources of the experiments, compiled in so that the program runs from anywhere.
+const SOURCES: [(&str, &str); 2] = [
+    ("fig10.toml", include_str!("../../experiments/fig10.toml")),
+    ("fig11.toml", include_str!("../../experiments/fig11.toml")),
+];
+
+/// Joints, sizes and ranks of a run.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MultiScope {
+    /// Joints 1..6.
+    pub joints: Vec<usize>,
+    /// Training samples of all contexts together; multiples of the number of contexts.
+    pub totals: Vec<usize>,
+    /// Ranks among which mGP-BIC chooses.
+    pub ranks: Vec<usize>,
+}
+
+/// What is expected of mGP-BIC.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MultiExpectation {
+    /// In how many of all panels and sizes it has the lowest average, if the profile is full.
+    pub lowest_at_least: usize,
+}
+
+/// One figure.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MultiExperiment {
+    /// Name on the command line.
+    pub name: String,
+    /// Caption.
+    pub title: String,
+    /// Seed of the training subsets.
+    pub seed: String,
+    /// Seed of the training and test sets; that of table 3, so that both have the same ones.
+    pub split_seed: String,
+    /// Contexts c1..c`n_contexts`.
+    pub n_contexts: usize,
+    /// Test set that the figure shows.
+    pub set: TestSet,
+    /// Scope of each profile.
+    pub profile: BTreeMap<Profile, MultiScope>,
+    /// Expectation of the counts.
+    pub expect: MultiExpectation,
+    /// Prose.
+    pub text: Prose,
+}
+
+/// Joints, sizes and repeats instead of the profile's.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct MultiSelection {
+    /// Joints instead of the profile's.
+    pub joints: Option<Vec<usize>>,
+    /// Sizes instead of the profile's.
+    pub totals: Option<Vec<usize>>,
+    /// Draws of the subsets beyond the first.
+    pub n_more_repeats: usize,
+}
+
+impl MultiExperiment {
+    /// Every experiment there is, in the order of the chapter.
+    ///
+    /// # Errors
+    /// `Experiment` if a description does not follow the format.
+    pub fn all() -> Result<Vec<Self>, BenchError> {
+        SOURCES
+            .iter()
+            .map(|(name, source)| Self::parse(name, source))
+            .collect()
+    }
+
+    /// Reads one description.
+    ///
+    /// # Errors
+    /// `Experiment` if it is not TOML of this format, or names a joint, size or rank that does not fit.
+    pub fn parse(name: &str, source: &str) -> Result<Self, BenchError> {
+        let experiment: Self = toml::from_str(source).map_err(|e| refuse(name, e.to_string()))?;
+        for (profile, scope) in &experiment.profile {
+            experiment.validate(scope).map_err(|message| {
+                refuse(name, format!("profile {}: {message}", profile.name()))
+            })?;
+        }
+        Ok(experiment)
+    }
+
+    /// Scope under a profile and a selection.
+    ///
+    /// # Errors
+    /// `Experiment` if the profile is missing, or a size cannot be shared out among the contexts.
+    pub fn scope(
+        &self,
+        profile: Profile,
+        selection: &MultiSelection,
+    ) -> Result<MultiScope, BenchError> {
+        let missing = || refuse(&self.name, format!("profile {} is missing", profile.name()));
+        let mut scope = self.profile.get(&profile).ok_or_else(missing)?.clone();
+        let replace = |own: &mut Vec<usize>, other: &Option<Vec<usize>>| {
+            if let Some(other) = other {
+                own.clone_from(other);
+                own.sort_unstable();
+                own.dedup();
+            }
+        };
+        replace(&mut scope.joints, &selection.joints);
+        replace(&mut scope.totals, &selection.totals);
+        self.validate(&scope)
+            .map_err(|message| refuse(&self.name, message))?;
+        Ok(scope)
+    }
+
+    /// Units of a scope, for each repeat.
+    pub fn units(&self, scope: &MultiScope, n_repeats: usize) -> BTreeSet<Unit> {
+        let ranks = scope.ranks.iter();
+        let models: Vec<MultiModel> = [
+            MultiModel::Single,
+            MultiModel::Independent,
+            MultiModel::Pooled,
+        ]
+        .into_iter()
+        .chain(ranks.map(|&rank| MultiModel::Transfer { rank }))
+        .collect();
+        let mut units = BTreeSet::new();
+        for repeat in 0..n_repeats {
+            for &joint in &scope.joints {
+                units.extend(scope.totals.iter().map(|&n_total| Unit {
+                    seed: self.seed.clone(),
+                    split_seed: self.split_seed.clone(),
+                    repeat,
+                    joint,
+                    n_contexts: self.n_contexts,
+                    n_total,
+                    models: models.clone(),
+                }));
+            }
+        }
+        units
+    }
+
+    fn validate(&self, scope: &MultiScope) -> Result<(), String> {
+        let m = self.n_contexts;
+        let find = |numbers: &[usize], is_good: &dyn Fn(usize) -> bool| {
+            numbers.iter().copied().find(|&i| !is_good(i))
+        };
+        if !(2..=UNIQUE.len()).contains(&m) {
+            return Err(format!("{m} contexts are not 2 to {}", UNIQUE.len()));
+        }
+        if let Some(joint) = find(&scope.joints, &|i| (1..=N_JOINTS).contains(&i)) {
+            return Err(format!("joint {joint} is not in 1 to {N_JOINTS}"));
+        }
+        let fits = |n: usize| n.is_multiple_of(m) && (2 * m..=m * MAX_SIZE).contains(&n);
+        if let Some(n) = find(&scope.totals, &fits) {
+            return Err(format!(
+                "n = {n} is not a multiple of the {m} contexts with 2 to {MAX_SIZE} samples each"
+            ));
+        }
+        match find(&scope.ranks, &|rank| (1..=m).contains(&rank)) {
+            Some(rank) => Err(format!("rank {rank} is not in 1 to {m}")),
+            None => Ok(()),
+        }
+    }
+}
+
+fn refuse(name: &str, message: String) -> BenchError {
+    BenchError::Experiment {
+        name: name.to_string(),
+        message,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_figures_share_their_units() {
+        let all = MultiExperiment::all().unwrap();
+        let units: BTreeSet<Unit> = all
+            .iter()
+            .flat_map(|e| {
+                let scope = e.scope(Profile::Full, &MultiSelection::default());
+                e.units(&scope.unwrap(), 1)
+            })
+            .collect();
+        assert_eq!(units.len(), 48);
+        assert!(units.iter().all(|unit| unit.models.len() == 9));
+        assert_eq!([all[0].set, all[1].set], TestSet::ALL);
+    }
+
+    #[test]
+    fn sizes_that_cannot_be_shared_out_are_refused() {
+        let fig10 = &MultiExperiment::all().unwrap()[0];
+        for (n, message) in [
+            (281, "n = 281 is not"),
+            (14, "n = 14 is not"),
+            (56_014, "n = 56014"),
+        ] {
+            let selection = MultiSelection {
+                totals: Some(vec![n]),
+                ..MultiSelection::default()
+            };
+            let error = fig10.scope(Profile::Smoke, &selection).unwrap_err();
+            assert!(error.to_string().contains(message), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_rank_above_the_number_of_contexts_is_refused() {
+        let source = include_str!("../../experiments/fig10.toml").replace("8, 10]", "8, 15]");
+        let error = MultiExperiment::parse("x", &source)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("rank 15 is not in 1 to 14"), "{error}");
+    }
+}

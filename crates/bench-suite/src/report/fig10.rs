@@ -1,0 +1,282 @@
+//! Figures 10 and 11: average and median nMSE over the contexts against n, a column a joint.
+
+use super::axes::{Axis, Place};
+use super::curves::{CurveKey, Curves, Point, Series, Statistic};
+use super::picture::{Align, Font, INK, PAPER, Pen, Picture, QUIET};
+use super::published_fig10::Published;
+use crate::cell::TestSet;
+use crate::error::BenchError;
+
+/// Width and height of a panel.
+const PANEL: (f64, f64) = (170.0, 176.0);
+/// Left edge of the first panel: the axis label and the tick labels stand before it.
+const LEFT: f64 = 84.0;
+/// Top edge of the first panel: title, joint and unit stand above it.
+const TOP: f64 = 96.0;
+/// From one panel to the next; the room between takes tick labels.
+const STEP: (f64, f64) = (220.0, 240.0);
+/// Room below the last panel for the axis label, the legend and a remark.
+const BOTTOM: f64 = 128.0;
+/// Width that the title and the legend need at least.
+const MIN_WIDTH: f64 = 720.0;
+/// Room between the outermost sizes and the frame.
+const INSET: f64 = 12.0;
+/// Sizes that the chapter labels.
+const LABELLED: [usize; 4] = [280, 532, 896, 1820];
+
+/// Vertical axes of a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// The chapter's: linear from 0, values above drawn near the top.
+    Chapter,
+    /// Logarithmic, each joint's own range.
+    Log,
+}
+
+/// Pen of a line; colours that differ under the common colour blindnesses, and by dashes besides.
+///
+/// # Source
+/// Colours: Okabe and Ito 2008, "Color Universal Design", the set of eight.
+fn pen(series: Series) -> Pen {
+    let (colour, width, dashes) = match series {
+        Series::Single => ("#d55e00", 1.6, Some("2 3")),
+        Series::Independent => ("#0072b2", 1.6, Some("7 3")),
+        Series::Pooled => ("#009e73", 1.6, Some("8 3 2 3")),
+        Series::TransferBic => (INK, 2.2, None),
+    };
+    Pen {
+        colour,
+        width,
+        dashes,
+    }
+}
+
+/// Draws the figure of a test set.
+///
+/// # Errors
+/// `Malformed` if the published axes cannot be read.
+/// # Source
+/// Figs. 10 (interp) and 11 (extrap).
+pub fn draw(curves: &Curves, set: TestSet, scale: Scale) -> Result<Picture, BenchError> {
+    let published = Published::read()?;
+    let joints = curves.joints();
+    let width = (LEFT + STEP.0 * joints.len() as f64).max(MIN_WIDTH);
+    let height = TOP + STEP.1 + PANEL.1 + BOTTOM;
+    let mut picture = Picture::new(width, height);
+    title(&mut picture, set, scale);
+
+    for (column, &joint) in joints.iter().enumerate() {
+        let axis = axis(curves, &published, (joint, set), scale);
+        for (row, statistic) in Statistic::ALL.into_iter().enumerate() {
+            let panel = Panel {
+                x: LEFT + STEP.0 * column as f64,
+                y: TOP + STEP.1 * row as f64,
+                axis: &axis,
+                sizes: curves.sizes(),
+            };
+            panel.frame(&mut picture, joint);
+            for series in Series::ALL {
+                let key = CurveKey {
+                    joint,
+                    set,
+                    statistic,
+                    series,
+                };
+                let points = curves.0.get(&key).map_or(&[][..], Vec::as_slice);
+                panel.line(&mut picture, &key, points);
+            }
+        }
+    }
+    row_titles(&mut picture);
+    legend(&mut picture, height - 54.0);
+    Ok(picture)
+}
+
+/// A joint's vertical axis, the same for average and median.
+fn axis(
+    curves: &Curves,
+    published: &Published,
+    (joint, set): (usize, TestSet),
+    scale: Scale,
+) -> Axis {
+    let axes = published.axes(set);
+    let chapter = Axis::Linear {
+        top: axes.tops[joint - 1],
+        tick: axes.ticks[joint - 1],
+    };
+    match scale {
+        Scale::Chapter => chapter,
+        Scale::Log => {
+            let lines = curves.0.iter();
+            let of_joint = lines.filter(|(key, _)| (key.joint, key.set) == (joint, set));
+            let values = of_joint.flat_map(|(_, points)| points.iter().map(|p| p.value));
+            Axis::log_around(values).unwrap_or(chapter)
+        }
+    }
+}
+
+fn title(picture: &mut Picture, set: TestSet, scale: Scale) {
+    let number = match set {
+        TestSet::Interp => 10,
+        TestSet::Extrap => 11,
+    };
+    let axes = match scale {
+        Scale::Chapter => "",
+        Scale::Log => ", logarithmic",
+    };
+    let set = set.name();
+    let title = format!("nMSE on {set} in 14 contexts{axes} (the chapter's figure {number})");
+    picture.text(24.0, 34.0, &title, Font::Title, Align::Left);
+}
+
+fn row_titles(picture: &mut Picture) {
+    for (row, statistic) in Statistic::ALL.into_iter().enumerate() {
+        let y = TOP + STEP.1 * row as f64 + PANEL.1 / 2.0;
+        let name = format!("{} of nMSEs", statistic.name());
+        picture.vertical_text(30.0, y, &name, Font::Label);
+    }
+}
+
+fn legend(picture: &mut Picture, y: f64) {
+    picture.text(
+        LEFT,
+        y - 16.0,
+        "n = all samples of the 14 contexts, on a log scale",
+        Font::Remark,
+        Align::Left,
+    );
+    for (i, series) in Series::ALL.into_iter().enumerate() {
+        let x = LEFT + 150.0 * i as f64;
+        let pen = pen(series);
+        picture.stroke(vec![(x, y + 14.0), (x + 46.0, y + 14.0)], pen);
+        picture.disc((x + 23.0, y + 14.0), 3.0, pen.colour, pen.colour);
+        picture.text(x + 56.0, y + 18.0, series.name(), Font::Label, Align::Left);
+    }
+    let remark = "open circle: above the axis";
+    picture.text(LEFT, y + 42.0, remark, Font::Remark, Align::Left);
+}
+
+/// Where one plot stands, and its axes.
+struct Panel<'a> {
+    x: f64,
+    y: f64,
+    axis: &'a Axis,
+    sizes: Vec<usize>,
+}
+
+impl Panel<'_> {
+    fn frame(&self, picture: &mut Picture, joint: usize) {
+        let (width, height) = PANEL;
+        let (x, y) = (self.x, self.y);
+        picture.rectangle((x, y, width, height), PAPER, None);
+        for (fraction, label) in self.axis.ticks() {
+            let tick_y = y + height * (1.0 - fraction);
+            picture.line((x, tick_y), (x + width, tick_y));
+            picture.text(x - 6.0, tick_y + 4.0, &label, Font::Remark, Align::Right);
+        }
+        for &n in &self.sizes {
+            self.size_mark(picture, n);
+        }
+        picture.rectangle((x, y, width, height), "none", Some(INK));
+        let middle = x + width / 2.0;
+        picture.text(
+            middle,
+            y - 10.0,
+            &format!("joint {joint}"),
+            Font::Heading,
+            Align::Centre,
+        );
+        picture.text(x, y - 10.0, &self.axis.unit(), Font::Remark, Align::Left);
+    }
+
+    /// A plus on the axis at every size, a number at those that the chapter labels.
+    fn size_mark(&self, picture: &mut Picture, n: usize) {
+        let (x, y) = (self.place_n(n), self.y + PANEL.1);
+        let pen = Pen {
+            colour: QUIET,
+            width: 1.0,
+            dashes: None,
+        };
+        picture.line((x, self.y), (x, y));
+        picture.stroke(vec![(x - 3.0, y), (x + 3.0, y)], pen);
+        picture.stroke(vec![(x, y - 3.0), (x, y + 3.0)], pen);
+        let are_few = self.sizes.len() < 4;
+        if LABELLED.contains(&n) || are_few {
+            picture.text(x, y + 18.0, &n.to_string(), Font::Remark, Align::Centre);
+        }
+    }
+
+    fn line(&self, picture: &mut Picture, key: &CurveKey, points: &[Point]) {
+        let pen = pen(key.series);
+        let at = |point: &Point, value: f64| {
+            let place = self.axis.place(value);
+            ((self.place_n(point.n), self.height_of(place)), place)
+        };
+        if points.iter().any(|p| p.low < p.high) {
+            let low = points.iter().map(|p| at(p, p.low).0);
+            let high = points.iter().rev().map(|p| at(p, p.high).0);
+            let corners: Vec<(f64, f64)> = low.chain(high).collect();
+            picture.area(&corners, pen.colour);
+        }
+        picture.stroke(points.iter().map(|p| at(p, p.value).0).collect(), pen);
+        for point in points {
+            let (centre, place) = at(point, point.value);
+            let fill = if place.is_above {
+                "#ffffff"
+            } else {
+                pen.colour
+            };
+            picture.start_group(format!("{key}, n = {}: {:.2e}", point.n, point.value));
+            picture.disc(centre, 3.0, fill, pen.colour);
+            picture.end_group();
+        }
+    }
+
+    /// Horizontal place of a size: linear in log n.
+    fn place_n(&self, n: usize) -> f64 {
+        let log = |n: usize| (n as f64).log2();
+        let first = self.sizes.first().map_or(0.0, |&n| log(n));
+        let last = self.sizes.last().map_or(1.0, |&n| log(n));
+        let spread = if last > first { last - first } else { 1.0 };
+        let inside = PANEL.0 - 2.0 * INSET;
+        self.x + INSET + inside * (log(n) - first) / spread
+    }
+
+    fn height_of(&self, place: Place) -> f64 {
+        self.y + PANEL.1 * (1.0 - place.fraction)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::curves::tests::{curves, record};
+
+    #[test]
+    fn every_panel_is_drawn_and_values_above_the_axis_are_open() {
+        let records = [
+            record(1, 280, [1e-6, 2e-6, 1e-5, 1e-6, 1e-6]),
+            record(1, 1820, [1.0, 2e-6, 1e-5, 1e-6, 1e-6]),
+            record(6, 532, [1e-4; 5]),
+        ];
+        let svg = draw(&curves(&records), TestSet::Interp, Scale::Chapter)
+            .unwrap()
+            .to_svg();
+        for part in [
+            "joint 1",
+            "joint 6",
+            "mGP-BIC",
+            "×10⁻⁵",
+            "average of nMSEs",
+            "n = 532: 2.00e-4",
+        ] {
+            assert!(svg.contains(part), "{part}");
+        }
+        assert!(svg.contains("joint 1, interp, median of sGP, n = 1820: 2.00e0"));
+        // sGP of joint 1 at n = 1820 is above the axis in both rows.
+        let n_open = svg.matches("fill=\"#ffffff\"").count() + svg.matches("fill=\"#fff\"").count();
+        assert!(n_open >= 2, "{n_open} open circles");
+        let log = draw(&curves(&records), TestSet::Extrap, Scale::Log).unwrap();
+        assert!(log.to_svg().contains("10⁻⁵"));
+    }
+}

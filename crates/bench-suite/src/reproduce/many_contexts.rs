@@ -1,0 +1,115 @@
+//! The report's part on section 4.6: figures 10 and 11, ranks and starts, and who is best where.
+
+use super::Findings;
+use super::files::Files;
+use crate::cell::TestSet;
+use crate::error::BenchError;
+use crate::multi::ranks::Choices;
+use crate::multi::spec::{MultiExperiment, MultiScope};
+use crate::multi::unit::Unit;
+use crate::report::curves::Curves;
+use crate::report::fig10::{self, Scale};
+use crate::report::markdown::Page;
+use crate::report::published_fig10::Published;
+use crate::report::text_table::TextTable;
+use crate::report::{choices, multi_csv, multi_durations, standings};
+use crate::run::RunOutcome;
+use crate::spec::Profile;
+
+/// What came out of the experiments with many contexts.
+#[derive(Debug)]
+pub struct ManyContexts {
+    /// The run behind it.
+    pub outcome: RunOutcome<Unit>,
+    /// Lines of the figures.
+    pub curves: Curves,
+    /// Chosen ranks and starts beside the chapter's, for the terminal.
+    pub table: TextTable,
+    /// Findings for the terminal, under their headings.
+    pub findings: Findings,
+}
+
+/// Sections and files.
+pub(super) fn report(
+    experiments: &[(MultiExperiment, MultiScope)],
+    profile: Profile,
+    outcome: RunOutcome<Unit>,
+    page: &mut Page,
+    files: &mut Files,
+) -> Result<ManyContexts, BenchError> {
+    let chosen = Choices::of(&outcome.records)?;
+    let curves = Curves::of(&outcome.records, &chosen);
+    let mut findings = Findings::new();
+    for (experiment, scope) in experiments {
+        page.section(&experiment.title);
+        pictures(experiment.set, &curves, page, files)?;
+        page.prose(&experiment.text.analysis);
+        let is_complete = experiment.profile.get(&Profile::Full) == Some(scope);
+        let at_least = is_complete.then_some(experiment.expect.lowest_at_least);
+        let title = format!("Lowest averages on {}", experiment.set.name());
+        findings.push((
+            title,
+            standings::standings(&curves, experiment.set, at_least),
+        ));
+    }
+    let failed = outcome
+        .failures
+        .iter()
+        .map(|(unit, error)| format!("{unit}: {error}."));
+    findings.push(("Units without a result".into(), failed.collect()));
+    findings.retain(|(_, items)| !items.is_empty());
+    for (title, items) in &findings {
+        page.section(title);
+        page.list(items, "");
+    }
+
+    let table = choices::ranks_and_starts(&outcome.records, &chosen, &Published::read()?);
+    page.section(
+        "Ranks chosen by BIC and models that the mGPs start from (in parentheses: the chapter's)",
+    );
+    page.table(&table);
+    if profile == Profile::Smoke {
+        page.prose("The chapter chooses among more ranks and for all six joints together.");
+    }
+    page.section("BIC above the least of its row");
+    page.table(&choices::bic_differences(&chosen));
+    page.section(multi_durations::TITLE);
+    page.table(&multi_durations::by_model_and_size(&outcome.records));
+
+    files.add("curves.csv", multi_csv::curves(&curves));
+    files.add("contexts.csv", multi_csv::scores(&outcome.records));
+    files.add("fits.csv", multi_csv::fits(&outcome.records));
+    files.add("unit_seconds.csv", multi_csv::seconds(&outcome.records));
+    Ok(ManyContexts {
+        outcome,
+        curves,
+        table,
+        findings,
+    })
+}
+
+/// A figure with the chapter's axes and with logarithmic ones.
+fn pictures(
+    set: TestSet,
+    curves: &Curves,
+    page: &mut Page,
+    files: &mut Files,
+) -> Result<(), BenchError> {
+    let names = match set {
+        TestSet::Interp => [
+            ("fig10.png", "fig10.svg"),
+            ("fig10_log.png", "fig10_log.svg"),
+        ],
+        TestSet::Extrap => [
+            ("fig11.png", "fig11.svg"),
+            ("fig11_log.png", "fig11_log.svg"),
+        ],
+    };
+    for ((png, svg), scale) in names.into_iter().zip([Scale::Chapter, Scale::Log]) {
+        let picture = fig10::draw(curves, set, scale)?;
+        files.add(png, picture.to_png()?);
+        files.add(svg, picture.to_svg());
+        page.picture("Average and median nMSE against n", png);
+    }
+    Ok(())
+}

@@ -1,0 +1,272 @@
+//! `reproduce-paper`: the cells of the chosen experiments, then their tables, pictures and findings.
+
+mod files;
+mod many_contexts;
+mod one_context;
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+pub use many_contexts::ManyContexts;
+
+use self::files::Files;
+use crate::catalogue::Catalogue;
+use crate::cell::Cell;
+use crate::data_figures::page;
+use crate::data_figures::section::Section;
+use crate::data_figures::spec::DataExperiment;
+use crate::error::BenchError;
+use crate::manifest::Manifest;
+use crate::multi;
+use crate::multi::spec::{MultiExperiment, MultiScope, MultiSelection};
+use crate::multi::unit::Unit;
+use crate::report::averages::Averages;
+use crate::report::markdown::Page;
+use crate::report::text_table::TextTable;
+use crate::run::{Reuse, RunOutcome, run};
+use crate::spec::{Experiment, Profile, Scope, Selection};
+use crate::store::{MANY_MEASURED_BY, MEASURED_BY, Store, Work};
+
+/// What to reproduce, and where to.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// Amount of work.
+    pub profile: Profile,
+    /// Names of experiments; all if empty.
+    pub only: Vec<String>,
+    /// Directory of finished cells and reports.
+    pub output: PathBuf,
+    /// Loads, joints and sizes instead of the profile's.
+    pub selection: Selection,
+    /// Joints, sizes and repeats of the experiments with many contexts.
+    pub multi_selection: MultiSelection,
+    /// Threads, 0 for one a core.
+    pub n_threads: usize,
+    /// What may be taken from earlier runs.
+    pub reuse: Reuse,
+    /// Command as a reader would type it.
+    pub command: String,
+}
+
+/// Headings with the sentences below them.
+pub type Findings = Vec<(String, Vec<String>)>;
+
+/// What came out.
+#[derive(Debug)]
+pub struct Reproduction {
+    /// Directory of this run's report.
+    pub directory: PathBuf,
+    /// What section 2 says of the data beside what was found, for the terminal.
+    pub about_data: Findings,
+    /// What section 3.4 gave, if one of its experiments was chosen.
+    pub one: Option<OneContext>,
+    /// What section 4.6 gave, if one of its experiments was chosen.
+    pub many: Option<ManyContexts>,
+}
+
+/// What came out of the experiments with one context.
+#[derive(Debug)]
+pub struct OneContext {
+    /// Table 3, if it was among the experiments.
+    pub table3: Option<TextTable>,
+    /// Findings for the terminal, under their headings.
+    pub findings: Findings,
+    /// The run behind it.
+    pub outcome: RunOutcome,
+    /// Averages behind the tables.
+    pub averages: Averages,
+}
+
+impl Reproduction {
+    /// Whether everything that was asked for could be computed.
+    pub fn is_complete(&self) -> bool {
+        self.one
+            .as_ref()
+            .is_none_or(|one| one.outcome.failures.is_empty())
+            && self
+                .many
+                .as_ref()
+                .is_none_or(|many| many.outcome.failures.is_empty())
+    }
+}
+
+/// Runs the experiments and writes their report into a new directory.
+///
+/// # Errors
+/// `UnknownName` if the request names an experiment that does not exist; `Experiment` if a size cannot
+/// be shared out among the contexts; `Io` if a file cannot be written; the errors of [`run`].
+pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
+    let Catalogue { data, one, many } = Catalogue::named(&request.only)?;
+    let one = scoped_one(one, request)?;
+    let many = scoped_many(many, request)?;
+
+    let mut manifest = Manifest::start(request.command.clone(), request.n_threads);
+    let about_data = page::sections(&data)?;
+    let of_one = run_one(&one, request)?;
+    let of_many = run_many(&many, request)?;
+    count(&mut manifest, of_one.as_ref());
+    count(&mut manifest, of_many.as_ref());
+
+    let mut files = Files::default();
+    let mut page = Page::titled("The chapter's tables and figures");
+    page.command(&manifest.command);
+    page.prose(&origin(&manifest, of_one.as_ref(), of_many.as_ref()));
+    let about_data = data_part(&about_data, &mut page, &mut files);
+    let one = match of_one {
+        Some(outcome) => Some(report_one(&one, outcome, &mut page, &mut files)?),
+        None => None,
+    };
+    let many = match of_many {
+        Some(outcome) => {
+            let parts = (&mut page, &mut files);
+            Some(many_contexts::report(
+                &many,
+                request.profile,
+                outcome,
+                parts.0,
+                parts.1,
+            )?)
+        }
+        None => None,
+    };
+
+    files.add("report.md", page.into_text());
+    let text = toml::to_string(&manifest).map_err(|e| BenchError::malformed("manifest.toml", e))?;
+    files.add("manifest.toml", text);
+    let name = manifest.directory_name(request.profile.name());
+    Ok(Reproduction {
+        directory: files.write(&request.output, &name)?,
+        about_data,
+        one,
+        many,
+    })
+}
+
+/// Sections and files about the data; the findings once more for the terminal.
+fn data_part(
+    sections: &[(&DataExperiment, Section)],
+    page: &mut Page,
+    files: &mut Files,
+) -> Findings {
+    let mut found = Findings::new();
+    for (experiment, section) in sections {
+        page::write(page, experiment, section);
+        for (name, contents) in &section.files {
+            files.add(name, contents.clone());
+        }
+        found.push((experiment.title.clone(), page::sentences(section)));
+    }
+    found
+}
+
+fn scoped_one(
+    experiments: Vec<Experiment>,
+    request: &Request,
+) -> Result<Vec<(Experiment, Scope)>, BenchError> {
+    let scoped = |experiment: Experiment| {
+        let scope = experiment.scope(request.profile, &request.selection)?;
+        Ok((experiment, scope))
+    };
+    experiments.into_iter().map(scoped).collect()
+}
+
+fn scoped_many(
+    experiments: Vec<MultiExperiment>,
+    request: &Request,
+) -> Result<Vec<(MultiExperiment, MultiScope)>, BenchError> {
+    let scoped = |experiment: MultiExperiment| {
+        let scope = experiment.scope(request.profile, &request.multi_selection)?;
+        Ok((experiment, scope))
+    };
+    experiments.into_iter().map(scoped).collect()
+}
+
+fn run_one(
+    experiments: &[(Experiment, Scope)],
+    request: &Request,
+) -> Result<Option<RunOutcome>, BenchError> {
+    if experiments.is_empty() {
+        return Ok(None);
+    }
+    let cells: BTreeSet<Cell> = experiments
+        .iter()
+        .flat_map(|(experiment, scope)| experiment.cells(scope))
+        .collect();
+    let store = Store::open(request.output.join("cells").join(MEASURED_BY))?;
+    run(&cells, &store, request.reuse, request.n_threads).map(Some)
+}
+
+fn run_many(
+    experiments: &[(MultiExperiment, MultiScope)],
+    request: &Request,
+) -> Result<Option<RunOutcome<Unit>>, BenchError> {
+    if experiments.is_empty() {
+        return Ok(None);
+    }
+    let n_repeats = 1 + request.multi_selection.n_more_repeats;
+    let units: BTreeSet<Unit> = experiments
+        .iter()
+        .flat_map(|(experiment, scope)| experiment.units(scope, n_repeats))
+        .collect();
+    let store = Store::open(request.output.join("units").join(MANY_MEASURED_BY))?;
+    multi::run::run(&units, &store, request.reuse, request.n_threads).map(Some)
+}
+
+fn report_one(
+    experiments: &[(Experiment, Scope)],
+    outcome: RunOutcome,
+    page: &mut Page,
+    files: &mut Files,
+) -> Result<OneContext, BenchError> {
+    let averages = Averages::of(&outcome.records);
+    let (table3, findings) = one_context::report(experiments, &averages, &outcome, page, files)?;
+    Ok(OneContext {
+        table3,
+        findings,
+        outcome,
+        averages,
+    })
+}
+
+fn count<W: Work>(manifest: &mut Manifest, outcome: Option<&RunOutcome<W>>) {
+    if let Some(outcome) = outcome {
+        manifest.n_reused += outcome.n_reused;
+        manifest.n_computed += outcome.records.len() - outcome.n_reused;
+        manifest.seconds.data_set += outcome.seconds.data_set;
+        manifest.seconds.cells += outcome.seconds.cells;
+    }
+}
+
+fn origin(
+    manifest: &Manifest,
+    one: Option<&RunOutcome>,
+    many: Option<&RunOutcome<Unit>>,
+) -> String {
+    let Manifest {
+        revision,
+        started,
+        cpu,
+        n_threads,
+        ..
+    } = manifest;
+    let made = format!(
+        "Made by the command above at revision {revision}, started {started}, on {cpu} with {n_threads} threads."
+    );
+    let one = one.map(|outcome| work_done(outcome, "cells"));
+    let many = many.map(|outcome| work_done(outcome, "units (a joint at a size, all models)"));
+    let sentences: Vec<String> = [Some(made), one, many].into_iter().flatten().collect();
+    sentences.join("\n")
+}
+
+fn work_done<W: Work>(outcome: &RunOutcome<W>, name: &str) -> String {
+    let seconds = &outcome.seconds;
+    format!(
+        "{} {name} were computed in {:.1} s (and the data set in {:.1} s), {} were taken from earlier runs, {} failed, {} are missing.",
+        outcome.records.len() - outcome.n_reused,
+        seconds.cells,
+        seconds.data_set,
+        outcome.n_reused,
+        outcome.failures.len(),
+        outcome.n_missing
+    )
+}

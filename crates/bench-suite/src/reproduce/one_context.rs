@@ -1,0 +1,133 @@
+//! The report's part on section 3.4: table 3, figures 7 and 8, and what the chapter says of them.
+
+use super::Findings;
+use super::files::Files;
+use crate::error::BenchError;
+use crate::report::averages::{self, Averages};
+use crate::report::markdown::Page;
+use crate::report::text_table::TextTable;
+use crate::report::{durations, fig07, fig08, findings, records_csv, searches, table3};
+use crate::run::RunOutcome;
+use crate::spec::{Experiment, Scope};
+
+/// Sections and files; the table and the findings once more for the terminal.
+pub(super) fn report(
+    experiments: &[(Experiment, Scope)],
+    averages: &Averages,
+    outcome: &RunOutcome,
+    page: &mut Page,
+    files: &mut Files,
+) -> Result<(Option<TextTable>, Findings), BenchError> {
+    let mut table = None;
+    let mut found = Findings::new();
+    for (experiment, scope) in experiments {
+        page.section(&experiment.title);
+        match experiment.name.as_str() {
+            "table3" => {
+                let (text, checks) = table3_part(experiment, scope, averages, files)?;
+                page.table(&text);
+                found.extend(checks);
+                table = Some(text);
+            }
+            "fig08" => found.extend(fig08_part(scope, outcome, page, files)?),
+            _ => fig07_part(experiment, scope, averages, page, files)?,
+        }
+        page.prose(&experiment.text.analysis);
+    }
+
+    found.extend(claims(averages, outcome));
+    found.retain(|(_, items)| !items.is_empty());
+    for (title, items) in &found {
+        page.section(title);
+        page.list(items, "");
+    }
+    page.section("Where extrap is less than ten times harder than interp");
+    page.list(&findings::extrap_is_harder(averages), "Nowhere.");
+    page.section(searches::TITLE);
+    page.table(&searches::by_model_and_size(&outcome.records));
+    let durations = durations::by_model_and_size(&outcome.records);
+    page.section(durations::TITLE);
+    page.table(&durations);
+    page.section("Every average");
+    page.table(&table3::all_averages(averages));
+
+    files.add("averages.csv", averages::write_table(averages));
+    files.add("cells.csv", records_csv::cells(&outcome.records));
+    files.add("seconds.csv", records_csv::seconds(&outcome.records));
+    Ok((table, found))
+}
+
+fn table3_part(
+    experiment: &Experiment,
+    scope: &Scope,
+    averages: &Averages,
+    files: &mut Files,
+) -> Result<(TextTable, Findings), BenchError> {
+    let published = averages::published()?;
+    let table = table3::beside_published(averages, &published, &experiment.models, scope);
+    let csv = table3::to_csv(averages, &published, &experiment.models, scope);
+    files.add("table3.csv", csv);
+    let checks = experiment.expect.as_ref().map(|expect| {
+        let title = format!(
+            "{} at n = {} against the published rows",
+            expect.reference_model.label(),
+            expect.size
+        );
+        (
+            title,
+            findings::beside_published(averages, &published, expect),
+        )
+    });
+    Ok((table, checks.into_iter().collect()))
+}
+
+fn fig07_part(
+    experiment: &Experiment,
+    scope: &Scope,
+    averages: &Averages,
+    page: &mut Page,
+    files: &mut Files,
+) -> Result<(), BenchError> {
+    let picture = fig07::draw(averages, &experiment.models, scope);
+    files.add("fig07.png", picture.to_png()?);
+    files.add("fig07.svg", picture.to_svg());
+    page.picture("Hinton diagram of the average nMSE", "fig07.png");
+    Ok(())
+}
+
+fn fig08_part(
+    scope: &Scope,
+    outcome: &RunOutcome,
+    page: &mut Page,
+    files: &mut Files,
+) -> Result<Findings, BenchError> {
+    let rows = fig08::rows(&outcome.records, scope);
+    let Some(subject) = fig08::subject(scope).filter(|_| !rows.is_empty()) else {
+        page.prose("No finished cell of this figure.");
+        return Ok(Findings::new());
+    };
+    let picture = fig08::draw(&rows, subject);
+    files.add("fig08.png", picture.to_png()?);
+    files.add("fig08.svg", picture.to_svg());
+    page.picture("Hinton diagrams of the hyperparameters", "fig08.png");
+    Ok(vec![(
+        "Row maxima of figure 8".into(),
+        fig08::findings(&rows),
+    )])
+}
+
+/// The chapter's claims about the averages, and the cells that failed.
+fn claims(averages: &Averages, outcome: &RunOutcome) -> Findings {
+    let mut claims = Findings::new();
+    for n in averages.sizes().into_iter().filter(|&n| n >= 170) {
+        let found = findings::gpc_against_lrc(averages, &outcome.records, n);
+        claims.push((format!("GPc against LRc at n = {n}"), found));
+    }
+    claims.push(("Order of the models".into(), findings::order(averages)));
+    let failed = outcome
+        .failures
+        .iter()
+        .map(|(cell, error)| format!("{cell}: {error}."));
+    claims.push(("Cells without a result".into(), failed.collect()));
+    claims
+}

@@ -1,0 +1,179 @@
+//! A model file described: as JSON by its fields, as text in tables.
+
+use std::fmt::Write;
+
+use gp_core::{ModelFileKind, Provenance, TrainingRanges};
+use serde::Serialize;
+
+use crate::commands::inspect::{ContextDescription, SelectionDescription};
+use crate::hyperparameter_file::Hyperparameters;
+use crate::text_table;
+
+/// What a model file holds.
+#[derive(Serialize)]
+pub struct Description {
+    pub kind: &'static str,
+    pub program: String,
+    pub data_sha256: String,
+    pub n_samples: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub context: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contexts: Option<Vec<ContextDescription>>,
+    pub joint_names: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rank_selection: Option<SelectionDescription>,
+    pub joints: Vec<JointDescription>,
+}
+
+/// One joint's model.
+#[derive(Serialize)]
+pub struct JointDescription {
+    pub joint: String,
+    pub model: String,
+    /// None for linear models.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hyperparameters: Option<Hyperparameters>,
+    /// K^ρ by rows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub k_task: Option<Vec<Vec<f64>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub correlations: Option<Vec<Vec<f64>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fit: Option<FitDescription>,
+}
+
+/// How the hyperparameters of a joint were found.
+#[derive(Serialize)]
+pub struct FitDescription {
+    pub log_marginal_likelihood: f64,
+    pub error_bound: Option<f64>,
+    pub start: String,
+    pub n_starts: usize,
+    pub evaluations: usize,
+    pub bounds_hit: Vec<String>,
+    pub condition_lower_bound: f64,
+    pub method: String,
+    pub rank: usize,
+}
+
+impl Description {
+    /// What every kind of model has, without joints.
+    pub fn new(
+        kind: ModelFileKind,
+        joint_names: &[String],
+        provenance: &Provenance,
+        ranges: &TrainingRanges,
+    ) -> Self {
+        Self {
+            kind: match kind {
+                ModelFileKind::OneContext => "one context",
+                ModelFileKind::ManyContexts => "several contexts",
+            },
+            program: provenance.program.clone(),
+            data_sha256: hex(&provenance.data_sha256),
+            n_samples: ranges.n_samples(),
+            context: None,
+            contexts: None,
+            joint_names: joint_names.to_vec(),
+            rank_selection: None,
+            joints: Vec::new(),
+        }
+    }
+
+    /// The description for people.
+    pub fn text(&self) -> String {
+        let mut lines = vec![
+            format!("model of {}, by {}", self.kind, self.program),
+            format!(
+                "data      {} samples, SHA-256 {}",
+                self.n_samples, self.data_sha256
+            ),
+            format!("joints    {}", self.joint_names.join(", ")),
+        ];
+        lines.extend(self.context.iter().map(|name| format!("context   {name}")));
+        lines.extend(self.contexts.iter().map(|contexts| {
+            let names = contexts
+                .iter()
+                .map(|c| format!("{} ({})", c.context, c.n_samples));
+            format!(
+                "contexts  {} (samples)",
+                names.collect::<Vec<_>>().join(", ")
+            )
+        }));
+        lines.extend(self.rank_selection.iter().map(|selection| {
+            let values = selection.ranks.iter().zip(&selection.values);
+            let values = values.map(|(rank, value)| format!("{rank} {value:.1}"));
+            let values = values.collect::<Vec<_>>().join(", ");
+            format!("ranks     {} by rank: {values}", selection.criterion)
+        }));
+        let names = self.contexts.iter().flatten().map(|c| c.context.as_str());
+        let names: Vec<&str> = names.collect();
+        let joints = self.joints.iter().map(|joint| joint.text(&names));
+        lines.join("\n") + "\n" + &joints.collect::<String>()
+    }
+}
+
+impl JointDescription {
+    fn text(&self, contexts: &[&str]) -> String {
+        let mut text = format!("\n{}: {}\n", self.joint, self.model);
+        if let Some(fit) = &self.fit {
+            text += &fit.text();
+        }
+        if let Some(hyperparameters) = &self.hyperparameters {
+            let entries = hyperparameters.entries().into_iter();
+            let rows: Vec<_> = entries
+                .map(|(name, value)| vec![name, format!("{value:.6e}")])
+                .collect();
+            let table = text_table::render(&["hyperparameter", "value"], &rows);
+            let _ = write!(text, "\n{table}");
+        }
+        for (name, matrix) in [("K", &self.k_task), ("correlation", &self.correlations)] {
+            if let Some(matrix) = matrix {
+                let _ = write!(text, "\n{}", matrix_table(name, matrix, contexts));
+            }
+        }
+        text
+    }
+}
+
+impl FitDescription {
+    fn text(&self) -> String {
+        let bounds = match self.bounds_hit.as_slice() {
+            [] => "none".to_owned(),
+            names => names.join(" "),
+        };
+        let error = self
+            .error_bound
+            .map_or(String::new(), |bound| format!(" ± {bound:.1e}"));
+        format!(
+            "log marginal likelihood {:.3}{error} nats ({}, rank {}); start {} of {}, {} evaluations; bounds hit: {bounds}\n",
+            self.log_marginal_likelihood,
+            self.method,
+            self.rank,
+            self.start,
+            self.n_starts,
+            self.evaluations
+        )
+    }
+}
+
+fn matrix_table(name: &str, matrix: &[Vec<f64>], contexts: &[&str]) -> String {
+    let mut header = vec![name];
+    header.extend(contexts);
+    let rows = matrix.iter().zip(contexts).map(|(values, context)| {
+        let entries = values.iter().map(|value| format!("{value:.4}"));
+        std::iter::once((*context).to_owned())
+            .chain(entries)
+            .collect()
+    });
+    text_table::render(&header, &rows.collect::<Vec<Vec<String>>>())
+}
+
+/// Bytes as hexadecimal digits.
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}

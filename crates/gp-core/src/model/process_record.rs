@@ -1,0 +1,210 @@
+//! A process of any covariance as a plain record: hyperparameters of eq. (7), posterior, summary of the fit.
+
+use kernels::{Covariance, TorqueCovariance, TorqueParams};
+use serde::{Deserialize, Serialize};
+
+use crate::cholesky::Factor;
+use crate::data::require_noise;
+use crate::fit_posterior::FitPosterior;
+use crate::low_rank_posterior::{LowRankParts, LowRankPosterior};
+use crate::model::file::ModelFileError;
+use crate::model::joint_model::FitSummary;
+use crate::model::matrix_record::{
+    MatrixRecord, TriangleRecord, malformed, require, require_values,
+};
+use crate::posterior::Posterior;
+
+/// The hyperparameters of a joint's covariance, eq. (7).
+#[derive(Debug, Serialize, Deserialize)]
+pub struct ParamsRecord {
+    bias_std: f64,
+    linear_std: Vec<f64>,
+    signal_std: f64,
+    length_scales: Vec<f64>,
+    coulomb_std: Option<Vec<f64>>,
+}
+
+/// What a process keeps of its data, by either path, and its noise.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct PosteriorRecord {
+    noise_std: f64,
+    basis: BasisRecord,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+enum BasisRecord {
+    Dense {
+        x: MatrixRecord,
+        alpha: Vec<f64>,
+        l: TriangleRecord,
+    },
+    LowRank {
+        pivots: MatrixRecord,
+        weights: Vec<f64>,
+        pivot_factor: TriangleRecord,
+        /// Rᵀ, so that it is a lower triangle.
+        noise_factor_transposed: TriangleRecord,
+    },
+}
+
+/// How the hyperparameters were found.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct SummaryRecord {
+    log_marginal: f64,
+    start: String,
+    n_starts: usize,
+    evaluations: usize,
+    bounds_hit: Vec<String>,
+    condition_lower_bound: f64,
+    method: String,
+    rank: usize,
+    error_bound: Option<f64>,
+}
+
+impl ParamsRecord {
+    /// The hyperparameters of a covariance.
+    pub fn of(covariance: &TorqueCovariance) -> Self {
+        let params = covariance.named_params();
+        Self {
+            bias_std: params.bias_std,
+            linear_std: params.linear_std,
+            signal_std: params.signal_std,
+            length_scales: params.length_scales,
+            coulomb_std: params.coulomb_std,
+        }
+    }
+
+    /// The covariance with these hyperparameters.
+    ///
+    /// # Errors
+    /// [`ModelFileError::Malformed`] for numbers that are none of a covariance.
+    pub fn into_covariance(self) -> Result<TorqueCovariance, ModelFileError> {
+        TorqueCovariance::new(TorqueParams {
+            bias_std: self.bias_std,
+            linear_std: self.linear_std,
+            signal_std: self.signal_std,
+            length_scales: self.length_scales,
+            coulomb_std: self.coulomb_std,
+        })
+        .map_err(malformed)
+    }
+}
+
+impl PosteriorRecord {
+    /// What a posterior consists of beside its covariance.
+    pub fn of<C: Covariance>(posterior: &FitPosterior<C>) -> Self {
+        Self {
+            noise_std: posterior.noise_std(),
+            basis: BasisRecord::of(posterior),
+        }
+    }
+
+    /// The posterior of a covariance whose inputs have `n_columns` columns.
+    ///
+    /// # Errors
+    /// [`ModelFileError::Malformed`] with what does not fit or is not a finite number.
+    pub fn into_posterior<C: Covariance>(
+        self,
+        covariance: C,
+        n_columns: usize,
+    ) -> Result<FitPosterior<C>, ModelFileError> {
+        require_noise(self.noise_std).map_err(malformed)?;
+        (self.basis).into_posterior(covariance, n_columns, self.noise_std)
+    }
+}
+
+impl BasisRecord {
+    fn of<C: Covariance>(posterior: &FitPosterior<C>) -> Self {
+        match posterior {
+            FitPosterior::Dense(posterior) => Self::Dense {
+                x: MatrixRecord::of(posterior.x()),
+                alpha: posterior.alpha().to_vec(),
+                l: TriangleRecord::of(posterior.factor().l()),
+            },
+            FitPosterior::LowRank(posterior) => {
+                let parts = posterior.parts();
+                Self::LowRank {
+                    pivots: MatrixRecord::of(parts.pivots.as_ref()),
+                    weights: parts.weights.clone(),
+                    pivot_factor: TriangleRecord::of(parts.pivot_factor.as_ref()),
+                    noise_factor_transposed: TriangleRecord::of(parts.noise_factor.transpose()),
+                }
+            }
+        }
+    }
+
+    fn into_posterior<C: Covariance>(
+        self,
+        covariance: C,
+        n_columns: usize,
+        noise_std: f64,
+    ) -> Result<FitPosterior<C>, ModelFileError> {
+        match self {
+            Self::Dense { x, alpha, l } => {
+                let x = x.into_mat("training inputs", n_columns)?;
+                let n = x.nrows();
+                require(n > 0, || "a process without training inputs".to_owned())?;
+                require_values("weights of a process", &alpha, n)?;
+                let factor = Factor::from_lower(l.into_packed("a Cholesky factor", n)?.to_mat());
+                let posterior = Posterior::from_parts(covariance, noise_std, x, alpha, factor);
+                Ok(FitPosterior::Dense(posterior))
+            }
+            Self::LowRank {
+                pivots,
+                weights,
+                pivot_factor,
+                noise_factor_transposed,
+            } => {
+                let pivots = pivots.into_mat("pivots", n_columns)?;
+                let rank = pivots.nrows();
+                let pivot_factor = pivot_factor.into_packed("the pivots' factor", rank)?;
+                let noise_factor = noise_factor_transposed.into_packed("R", rank)?;
+                let parts = LowRankParts {
+                    noise_std,
+                    pivots,
+                    pivot_factor: pivot_factor.to_mat(),
+                    noise_factor: noise_factor.to_mat().transpose().to_owned(),
+                    weights,
+                };
+                let posterior = LowRankPosterior::from_parts(covariance, parts);
+                posterior.map(FitPosterior::LowRank).map_err(malformed)
+            }
+        }
+    }
+}
+
+impl SummaryRecord {
+    /// The record of a summary.
+    pub fn of(summary: &FitSummary) -> Self {
+        Self {
+            log_marginal: summary.log_marginal,
+            start: summary.start.clone(),
+            n_starts: summary.n_starts,
+            evaluations: summary.evaluations,
+            bounds_hit: summary.bounds_hit.clone(),
+            condition_lower_bound: summary.condition_lower_bound,
+            method: summary.method.clone(),
+            rank: summary.rank,
+            error_bound: summary.error_bound,
+        }
+    }
+
+    /// The summary.
+    ///
+    /// # Errors
+    /// [`ModelFileError::Malformed`] for a likelihood that is not finite.
+    pub fn into_summary(self) -> Result<FitSummary, ModelFileError> {
+        require_values("log marginal likelihood", &[self.log_marginal], 1)?;
+        Ok(FitSummary {
+            log_marginal: self.log_marginal,
+            start: self.start,
+            n_starts: self.n_starts,
+            evaluations: self.evaluations,
+            bounds_hit: self.bounds_hit,
+            condition_lower_bound: self.condition_lower_bound,
+            method: self.method,
+            rank: self.rank,
+            error_bound: self.error_bound,
+        })
+    }
+}

@@ -1,0 +1,94 @@
+//! mGPs of several ranks, searched on a few of the samples first and then on more and more.
+//!
+//! From afar a search for Λ takes a thousand likelihoods or more, from nearby a few
+//! dozen; so the many are computed where they are cheap.
+
+use std::collections::BTreeMap;
+
+use crate::baselines::require_targets;
+use crate::error::MtgpError;
+use crate::layout::Stacked;
+use crate::staged::{StageOne, fit_rank_from};
+use crate::task_fit::{MultiTaskOptions, TaskFit};
+use gp_core::Starts;
+
+/// Samples of all tasks together that the first search sees, about.
+const FIRST_RUNG: usize = 280;
+
+/// Learns mGPs of several ranks.
+///
+/// Each rank sets out as A.3 says, from the rank below, and from its own end on about
+/// half of the samples, whose search set out from a quarter of them, and so on down to
+/// some 280; those are spread evenly over the samples of each task.
+/// What a search has learned of the curvature is handed on from part to part.
+/// With [`Starts::Chapter`] it is A.3 as it stands for every rank: all samples, one start.
+/// # Shapes
+/// `targets` (n,), N·m, in the order of the rows of `data`; the results stand in the
+/// order of `ranks`.
+/// # Errors
+/// As for [`fit_rank_from`].
+/// # Source
+/// A.3, steps 2 and 3.
+pub fn fit_ranks(
+    data: &Stacked,
+    targets: &[f64],
+    ranks: &[usize],
+    stage_one: &StageOne,
+    options: &MultiTaskOptions,
+) -> Result<Vec<TaskFit>, MtgpError> {
+    require_targets(data, targets)?;
+    let mut rung = BTreeMap::new();
+    // DEVIATION(A.3): the chapter searches on all samples from one start.
+    if options.starts == Starts::Several {
+        for n_samples in smaller_sizes(targets.len()) {
+            let (part, rows) = data.spread(n_samples)?;
+            let of_part: Vec<f64> = rows.iter().map(|&row| targets[row]).collect();
+            let stage_one = StageOne::new(&part, &of_part, options)?;
+            rung = next_rung(&part, &of_part, ranks, &stage_one, &rung, options)?;
+        }
+    }
+    let mut last = next_rung(data, targets, ranks, stage_one, &rung, options)?;
+    let fits = ranks.iter().filter_map(|rank| last.remove(rank));
+    Ok(fits.collect())
+}
+
+/// Numbers of samples of the searches before the last: 280, 560, …, up to ¾ of all.
+fn smaller_sizes(n_samples: usize) -> Vec<usize> {
+    let doubled = std::iter::successors(Some(FIRST_RUNG), |n| Some(2 * n));
+    doubled.take_while(|&n| 4 * n <= 3 * n_samples).collect()
+}
+
+/// The mGPs by rank, from those on fewer samples.
+fn next_rung(
+    data: &Stacked,
+    targets: &[f64],
+    ranks: &[usize],
+    stage_one: &StageOne,
+    before: &BTreeMap<usize, TaskFit>,
+    options: &MultiTaskOptions,
+) -> Result<BTreeMap<usize, TaskFit>, MtgpError> {
+    let is_chapter = options.starts == Starts::Chapter;
+    let mut ascending = ranks.to_vec();
+    ascending.sort_unstable();
+    ascending.dedup();
+    let mut fits: BTreeMap<usize, TaskFit> = BTreeMap::new();
+    for rank in ascending {
+        let below = fits.values().next_back().filter(|_| !is_chapter);
+        let warm: Vec<&TaskFit> = below.into_iter().chain(before.get(&rank)).collect();
+        let fit = fit_rank_from(data, targets, rank, stage_one, &warm, options)?;
+        fits.insert(rank, fit);
+    }
+    Ok(fits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::smaller_sizes;
+
+    #[test]
+    fn searches_double_their_samples_and_leave_the_last_step_its_own() {
+        assert!(smaller_sizes(280).is_empty());
+        assert_eq!(smaller_sizes(532), [280]);
+        assert_eq!(smaller_sizes(1820), [280, 560, 1120]);
+    }
+}

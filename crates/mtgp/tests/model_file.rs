@@ -1,0 +1,86 @@
+//! Files of models of several contexts: what goes in comes out, and nothing else is taken for one.
+
+use gp_core::{ModelFileError, ModelFileKind, TorqueModel};
+use mtgp::MultiTaskModel;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::multi_task_models::{CONTEXTS, inputs, model};
+
+const HEADER: usize = 52;
+
+#[test]
+fn a_loaded_model_is_the_model_and_predicts_bit_for_bit_the_same() {
+    for (n, has_fixed_tasks) in [(40, false), (200, false), (40, true)] {
+        let model = model(n, has_fixed_tasks);
+        let bytes = model.to_bytes();
+        let loaded = MultiTaskModel::from_bytes(&bytes).unwrap();
+        let x = inputs(6, 50);
+        for context in CONTEXTS {
+            let predict = |model: &MultiTaskModel| model.predict(context, x.as_ref()).unwrap();
+            assert_eq!(predict(&loaded), predict(&model));
+        }
+        let (one, other) = (model.parts(), loaded.parts());
+        assert_eq!(one.joint_names, other.joint_names);
+        assert_eq!(one.contexts, other.contexts);
+        assert_eq!(one.selection, other.selection);
+        assert_eq!(
+            (&one.ranges, &one.provenance),
+            (&other.ranges, &other.provenance)
+        );
+        for ((idx, one), (other_idx, other)) in one.learned.iter().zip(&other.learned) {
+            assert_eq!(
+                (idx, &one.summary, one.name()),
+                (other_idx, &other.summary, other.name())
+            );
+            assert_eq!(
+                one.covariance().task().k_task(),
+                other.covariance().task().k_task()
+            );
+        }
+        assert_eq!(loaded.to_bytes(), bytes);
+    }
+}
+
+#[test]
+fn every_truncation_is_named_with_both_lengths() {
+    let bytes = model(12, false).to_bytes();
+    for found in 0..bytes.len() {
+        let error = MultiTaskModel::from_bytes(&bytes[..found]).unwrap_err();
+        let expected = if found < HEADER { HEADER } else { bytes.len() };
+        let named = ModelFileError::Truncated {
+            expected: expected as u64,
+            found: found as u64,
+        };
+        assert_eq!(error, named);
+    }
+}
+
+#[test]
+fn two_thousand_flipped_bytes_are_all_refused() {
+    let mut bytes = model(12, false).to_bytes();
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    for trial in 0..2_000 {
+        // Every fourth flip hits the header.
+        let end = if trial % 4 == 0 { HEADER } else { bytes.len() };
+        let position = rng.random_range(0..end);
+        let flip: u8 = rng.random_range(1..=255);
+        bytes[position] ^= flip;
+        let error = MultiTaskModel::from_bytes(&bytes).unwrap_err();
+        bytes[position] ^= flip;
+        if position >= 20 {
+            assert_eq!(error, ModelFileError::Altered, "byte {position}");
+        }
+    }
+    assert!(MultiTaskModel::from_bytes(&bytes).is_ok());
+}
+
+#[test]
+fn the_kinds_of_files_are_told_apart() {
+    let bytes = model(12, false).to_bytes();
+    let kind = ModelFileKind::of(&bytes);
+    assert_eq!(kind, Ok(ModelFileKind::ManyContexts));
+    let error = TorqueModel::from_bytes(&bytes).unwrap_err();
+    let expected = "model file holds a model of several contexts, not a model of one context";
+    assert_eq!(error.to_string(), expected);
+}
