@@ -130,8 +130,8 @@ fn compute(
         record
     };
     let mut results: Vec<(usize, Result<CellRecord, BenchError>)> = longest_first(cells)
-        .into_par_iter()
-        .with_max_len(1)
+        .into_iter()
+        .par_bridge() // one after another to whoever is free; halves would not keep the order
         .map(|i| (i, one(&cells[i])))
         .collect();
     progress.end();
