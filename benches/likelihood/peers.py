@@ -212,7 +212,7 @@ def machine(contestants, options):
     for contestant in contestants:
         versions |= contestant.versions
     print(f"Machine: {len(names)} × {names[0] if names else platform.processor()}, load {os.getloadavg()[0]:.1f} at the end.")
-    print(f"OPENBLAS_CORETYPE={environment(options.threads).get('OPENBLAS_CORETYPE', 'not set')}; torque-gp is sequential.")
+    print(f"OPENBLAS_CORETYPE={environment(options.threads).get('OPENBLAS_CORETYPE', 'not set')}; torque-gp's certified path is sequential, its dense path shares its threads.")
     print("Versions: " + ", ".join(f"{name} {version}" for name, version in sorted(versions.items())) + ".")
 
 
@@ -233,7 +233,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--n", type=int, default=4000, help="samples, at most 4000")
     parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--threads", type=int, default=2, help="of every contestant but torque-gp, which has one")
+    parser.add_argument("--threads", type=int, default=2, help="of every contestant; the certified path uses one")
     parser.add_argument("--models", default="full,smooth")
     parser.add_argument("--only", help="peers to run, with commas between their names; default all")
     options = parser.parse_args()

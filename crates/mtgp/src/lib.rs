@@ -30,7 +30,7 @@ pub use noise_free::NoiseFreeBlock;
 pub use prior::MultiTaskCovariance;
 pub use rank_part::{RankPart, rank_part};
 pub use repeated_inputs::{FactorGradient, RepeatedInputs, SharedObservations};
-pub use staged::{StageOne, fit_rank};
+pub use staged::{StageOne, fit_rank, fit_rank_from};
 pub use task_cov::{TaskCovariance, TaskFactor};
 pub use task_fit::{MultiTaskOptions, Origin, TaskFit, TaskFitReport, TaskStart};
 pub use task_noise::{TaskNoise, TaskNoisePosterior};

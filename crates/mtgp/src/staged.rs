@@ -9,7 +9,7 @@
 //! The two models of step 1 are pGP and iGP themselves.
 
 use faer::{Mat, MatRef};
-use gp_core::{GpError, LogMarginal};
+use gp_core::{GpError, LogMarginal, Starts};
 
 use crate::baselines::{fit_independent, fit_pooled, pooled_moments};
 use crate::climb::{Start, climb};
@@ -102,14 +102,9 @@ impl StageOne {
 
 /// Learns mGP of a given rank: step 3 of A.3, and from another fit if there is one.
 ///
-/// With `warm`, a fit of the same tasks of a lower rank or to fewer data, both starts
-/// get `options.screening` evaluations, and the higher one goes on.
-/// # Shapes
-/// `targets` (n,), N·m, in the order of the rows of `data`.
+/// As [`fit_rank_from`] with one fit or none.
 /// # Errors
-/// [`MtgpError::BadRank`] for a rank of 0 or above m; [`MtgpError::CountMismatch`] unless
-/// there is one target per row, and as many tasks in `stage_one` and `warm` as in `data`;
-/// [`MtgpError::Gp`] if no start has a finite likelihood.
+/// As for [`fit_rank_from`].
 /// # Source
 /// A.3, steps 2 and 3.
 pub fn fit_rank(
@@ -120,19 +115,62 @@ pub fn fit_rank(
     warm: Option<&TaskFit>,
     options: &MultiTaskOptions,
 ) -> Result<TaskFit, MtgpError> {
+    fit_rank_from(data, targets, rank, stage_one, warm.as_slice(), options)
+}
+
+/// Learns mGP of a given rank from the chapter's start and from other fits.
+///
+/// `warm` are fits of the same tasks, of other ranks or to fewer data.
+/// With one of at least this rank, the chapter's start is left out: such a fit is
+/// where that start led before.
+/// Where pGP won stage 1 and beats all of `warm`, it is itself a start, of rank 1.
+/// Several starts get `options.screening` evaluations each, and the highest goes on.
+/// [`Starts::Chapter`] without `warm` is A.3 as it stands.
+/// # Shapes
+/// `targets` (n,), N·m, in the order of the rows of `data`.
+/// # Errors
+/// [`MtgpError::BadRank`] for a rank of 0 or above m; [`MtgpError::CountMismatch`] unless
+/// there is one target per row, and as many tasks in `stage_one` and `warm` as in `data`;
+/// [`MtgpError::Gp`] if no start has a finite likelihood.
+/// # Source
+/// A.3, steps 2 and 3.
+pub fn fit_rank_from(
+    data: &Stacked,
+    targets: &[f64],
+    rank: usize,
+    stage_one: &StageOne,
+    warm: &[&TaskFit],
+    options: &MultiTaskOptions,
+) -> Result<TaskFit, MtgpError> {
     crate::baselines::require_targets(data, targets)?;
     require_tasks(data, stage_one.winner())?;
     let mut starts = vec![chapter_stage_three(stage_one, rank, options)?];
-    if let Some(fit) = warm {
-        // DEVIATION(A.3): a second start beside the chapter's; the report says which won.
+    // DEVIATION(A.3): starts beside the chapter's; the report says which one won.
+    for fit in warm {
         require_tasks(data, fit)?;
         starts.push(warm_start(fit, stage_one.k_aug.as_ref(), rank, options)?);
     }
+    if starts.iter().any(|start| start.origin == Origin::Given) {
+        starts.remove(0);
+    }
+    if options.starts == Starts::Several && is_pooled_best(stage_one, warm) {
+        let pooled = &stage_one.pooled;
+        let start = warm_start(pooled, stage_one.k_aug.as_ref(), rank, options)?;
+        starts.push(start);
+    }
+
     let n_starts = starts.len();
     let mut evidence = LogMarginal::new(data.inputs(), targets, options.likelihood);
     let climb = climb(&mut evidence, starts, options).ok_or(GpError::NoUsableStart { n_starts })?;
     drop(evidence);
     TaskFit::new(data, targets, climb, options.likelihood)
+}
+
+/// Whether pGP, which every rank contains, is above iGP and all other fits.
+fn is_pooled_best(stage_one: &StageOne, warm: &[&TaskFit]) -> bool {
+    let pooled = stage_one.pooled.log_marginal();
+    let is_beaten = warm.iter().any(|fit| fit.log_marginal() > pooled);
+    stage_one.origin() == Origin::Pooled && !is_beaten
 }
 
 fn require_tasks(data: &Stacked, fit: &TaskFit) -> Result<(), MtgpError> {

@@ -51,11 +51,14 @@ impl MultiTaskOptions {
         }
     }
 
-    /// Several starts, of which the highest after a few evaluations goes on.
+    /// Several starts, of which the highest after 100 evaluations goes on, to up to 3000.
+    ///
+    /// Many of them are needed: from rank 2 to rank 4 a search may take 2000.
     pub fn several() -> Self {
         Self {
             starts: Starts::Several,
-            screening: 30,
+            screening: 100,
+            max_evaluations: 3000,
             ..Self::chapter()
         }
     }

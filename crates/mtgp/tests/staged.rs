@@ -208,6 +208,31 @@ fn warm_start_begins_near_the_fit_it_is_from() {
     assert!(again.log_marginal() >= two.log_marginal());
 }
 
+#[test]
+fn ranks_set_out_from_the_pooled_model_where_it_leads() {
+    let mut draw = four_tasks_of_rank_two(10, 12);
+    let data = &draw.data;
+    // One function for all tasks.
+    draw.targets = (0..48)
+        .map(|row| {
+            let x = data.covariates().row(row);
+            (x[0] + 0.5 * x[1]).sin() + 0.3 * x[2]
+        })
+        .collect();
+    let options = MultiTaskOptions {
+        max_evaluations: 150,
+        screening: 20,
+        ..MultiTaskOptions::several()
+    };
+    let stage_one = StageOne::new(&draw.data, &draw.targets, &options).unwrap();
+    assert_eq!(stage_one.origin(), Origin::Pooled);
+    let fit = fit_rank(&draw.data, &draw.targets, 2, &stage_one, None, &options).unwrap();
+    let origins: Vec<Origin> = fit.report.starts.iter().map(|start| start.origin).collect();
+    assert_eq!(origins, [Origin::Pooled, Origin::LowerRank]);
+    let (pooled, found) = (stage_one.pooled.log_marginal(), fit.log_marginal());
+    assert!(found >= pooled - 1e-3, "{found} {pooled}");
+}
+
 /// Seven samples with which little can be learned, the last alone in its task.
 struct PoorData {
     what: &'static str,

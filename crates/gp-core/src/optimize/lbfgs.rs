@@ -16,7 +16,14 @@ use super::Objective;
 use super::line_search::{StrongWolfe, VALUE_NOISE, largest};
 
 /// Pairs of steps and gradient changes that approximate the Hessian.
+///
+/// Beyond `FEW` coordinates all pairs of a search are kept, more or less: the entries
+/// of a task factor beside a small σ have curvatures that span ten orders of magnitude.
+/// Measured on 280 samples of 14 loads, rank 4, 95 coordinates: after 3000 evaluations
+/// 562 nats with 30 pairs; 584 nats and at rest after 2100 with 400.
 const HISTORY: usize = 30;
+const LONG_HISTORY: usize = 400;
+const FEW: usize = 48;
 
 /// Points whose value and gradient are kept; more than one line search makes.
 const REMEMBERED: usize = 24;
@@ -185,7 +192,12 @@ fn lbfgs_round(
     start: &[f64],
     options: &MinimizeOptions,
 ) -> usize {
-    let solver = LBFGS::new(StrongWolfe::default(), HISTORY)
+    let history = if start.len() > FEW {
+        LONG_HISTORY
+    } else {
+        HISTORY
+    };
+    let solver = LBFGS::new(StrongWolfe::default(), history)
         .with_tolerance_grad(options.gradient_tolerance)
         .and_then(|solver| solver.with_tolerance_cost(options.value_tolerance));
     let Ok(solver) = solver else {
