@@ -50,11 +50,15 @@ const MIN_WORK: f64 = 3.0;
 const LOOSER: f64 = 10.0;
 
 /// The starts set out once more on the largest subset of at most so many samples,
-/// if that stage has work left.
+/// and on all samples, as long as the stage has work left.
 ///
 /// What 250 samples call superfluous, 1000 may need: measured, starts on 1000 end
 /// up to 20 nats higher.
 const ALL_STARTS_UP_TO: usize = 1024;
+
+/// Dense likelihoods' worth of work for the starts on all of more samples than that:
+/// enough where the rank is a few dozen.
+const STARTS_WORK: f64 = 1.0;
 
 /// Which samples the searches see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -244,6 +248,9 @@ fn before_the_last(
         if Some(next) == all_starts_at {
             candidates.truncate(1);
             candidates.extend_from_slice(first);
+        } else if next == n_samples {
+            // The later ones have longer length scales, so a lower rank and less work.
+            candidates.extend(first.iter().rev().cloned());
         }
     }
     Ok(candidates)
@@ -264,14 +271,20 @@ fn climb(
         SearchScheme::Whole => f64::INFINITY,
         SearchScheme::Nested => stage_work(targets.len()),
     };
+    let n_heirs = candidates.iter().filter(|c| c.is_heir).count();
     let mut ends = Vec::new();
     for from in [candidates, first] {
         for candidate in from {
+            if ends.len() == n_heirs {
+                left = left.min(stage_work_of_starts(targets.len(), options.scheme));
+            }
             if left <= 0.0 && highest(&ends).is_some() {
                 break;
             }
             let options = FitOptions {
-                max_work: options.max_work.min(left.max(MIN_WORK)),
+                max_work: options
+                    .max_work
+                    .min(if left > 0.0 { left } else { MIN_WORK }),
                 ..options.clone()
             };
             let end = search_on(&mut evidence, candidate, &options);
@@ -293,6 +306,14 @@ fn climb(
 /// Low-rank likelihoods are so small a part of a dense one that it does not limit them.
 fn stage_work(n_samples: usize) -> f64 {
     (STAGE_FLOPS / (n_samples as f64).powi(3)).max(MIN_WORK)
+}
+
+/// The part of it that searches from the first starts may take after others.
+fn stage_work_of_starts(n_samples: usize, scheme: SearchScheme) -> f64 {
+    match scheme {
+        SearchScheme::Nested if n_samples > ALL_STARTS_UP_TO => STARTS_WORK,
+        _ => f64::INFINITY,
+    }
 }
 
 fn stage_report(n_samples: usize, ends: &[SearchEnd<TorqueCovariance>]) -> StageReport {

@@ -12,7 +12,9 @@ use crate::heirs::Candidate;
 use crate::init::StartKind;
 use crate::log_marginal::LogMarginal;
 use crate::opening::Opening;
-use crate::optimize::{Budgeted, Curvature, MinimizeOptions, Reparametrised, Scaled, minimize};
+use crate::optimize::{
+    Budgeted, Curvature, MinimizeOptions, Minimum, Reparametrised, Scaled, minimize,
+};
 
 // DEVIATION(sec. 3): the chapter's search has no such limit.
 /// Points of a search whose likelihood may be wrong by more nats than this are not entered.
@@ -80,8 +82,7 @@ pub struct SearchEnd<C> {
 impl<C: Covariance> SearchEnd<C> {
     /// Hyperparameters that ended on a bound, by name.
     pub fn bounds_hit(&self) -> Vec<String> {
-        let mut theta = self.covariance.params();
-        theta.push(self.noise_std);
+        let theta = with_noise(&self.covariance, self.noise_std);
         (search_layout(&self.covariance).specs().iter().zip(theta))
             .filter(|(spec, value)| spec.transform.is_at_bound(*value))
             .map(|(spec, _)| spec.to_string())
@@ -198,8 +199,7 @@ fn search_scaled<C: Covariance + Clone>(
         outcome.map_or(f64::INFINITY, |value| -value)
     };
 
-    let mut theta = covariance.params();
-    theta.push(noise_std);
+    let theta = with_noise(covariance, noise_std);
     let objective = Reparametrised::new(&search_layout(covariance), negative_log_marginal);
     let z = objective.unconstrained(&theta);
     let objective = Scaled::new(objective, z.clone(), curvature);
@@ -218,24 +218,32 @@ fn search_scaled<C: Covariance + Clone>(
         covariance: trial,
         noise_std,
         curvature,
-        report: StartReport {
-            kind,
-            initial_log_marginal,
-            log_marginal: -minimum.value,
-            iterations: minimum.iterations,
-            evaluations: n_before + minimum.evaluations,
-            work: work.get(),
-            recoveries: minimum.recoveries,
-            projected_gradient: minimum.projected_gradient,
-            stop: minimum.stop,
-        },
+        report: start_report((kind, initial_log_marginal), n_before, work.get(), &minimum),
+    }
+}
+
+fn start_report(
+    (kind, initial_log_marginal): (StartKind, Option<f64>),
+    n_before: usize,
+    work: f64,
+    minimum: &Minimum,
+) -> StartReport {
+    StartReport {
+        kind,
+        initial_log_marginal,
+        log_marginal: -minimum.value,
+        iterations: minimum.iterations,
+        evaluations: n_before + minimum.evaluations,
+        work,
+        recoveries: minimum.recoveries,
+        projected_gradient: minimum.projected_gradient,
+        stop: minimum.stop,
     }
 }
 
 /// The values nearest to θ and σ from which a search can set out: inside their bounds.
 pub(crate) fn inside_bounds<C: Covariance>(covariance: &mut C, noise_std: f64) -> f64 {
-    let mut theta = covariance.params();
-    theta.push(noise_std);
+    let theta = with_noise(covariance, noise_std);
     let bounds = Reparametrised::new(&search_layout(covariance), |_: &[f64], _: &mut [f64]| 0.0);
     let theta = bounds.natural(&bounds.unconstrained(&theta));
     let (of_covariance, noise_std) = split_noise(&theta);
@@ -285,6 +293,13 @@ fn minimize_options(options: &FitOptions) -> MinimizeOptions {
         max_evaluations: options.max_evaluations,
         max_recoveries: 10,
     }
+}
+
+/// θ of the covariance followed by σ.
+fn with_noise<C: Covariance>(covariance: &C, noise_std: f64) -> Vec<f64> {
+    let mut theta = covariance.params();
+    theta.push(noise_std);
+    theta
 }
 
 /// (θ of the covariance, σ).
