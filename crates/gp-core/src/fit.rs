@@ -7,12 +7,12 @@ use crate::data::{joints_of, require_training_data};
 use crate::error::GpError;
 use crate::evidence::LikelihoodOptions;
 use crate::fit_posterior::FitPosterior;
-use crate::fit_report::{FitReport, StageReport};
+use crate::fit_report::{FitReport, StageReport, StartReport};
 use crate::heirs::{Candidate, heirs};
 use crate::init::{StartKind, StartPoint, chapter_start, varied_start};
 use crate::log_marginal::LogMarginal;
 use crate::nested::{spread_rows, stage_sizes, subset};
-use crate::search::{SearchEnd, search_on};
+use crate::search::{SearchEnd, refine, search_on};
 
 /// From where the search sets out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,7 +79,8 @@ pub struct FitOptions {
     pub starts: Starts,
     /// Which samples the searches see.
     pub scheme: SearchScheme,
-    /// Likelihoods with gradient that each search may use.
+    /// Likelihoods with gradient that each search may use: half of them to come near, and
+    /// the highest end of all starts the rest.
     pub max_evaluations: usize,
     /// Work that each search may take, in likelihoods by the dense path.
     pub max_work: f64,
@@ -106,11 +107,12 @@ impl FitOptions {
         }
     }
 
-    /// Several starts, nested, with up to 300 evaluations for each search.
+    /// Several starts, nested, with up to 600 evaluations for each search.
     pub fn several() -> Self {
         Self {
             starts: Starts::Several,
             scheme: SearchScheme::Nested,
+            max_evaluations: 600,
             ..Self::chapter()
         }
     }
@@ -282,6 +284,7 @@ fn climb(
                 break;
             }
             let options = FitOptions {
+                max_evaluations: options.max_evaluations.div_ceil(2),
                 max_work: options
                     .max_work
                     .min(if left > 0.0 { left } else { MIN_WORK }),
@@ -291,11 +294,30 @@ fn climb(
             left -= end.report.work;
             ends.push(end);
         }
-        if highest(&ends).is_some() {
+        if let Some(best) = highest(&ends) {
+            refine_best(&mut evidence, &mut ends[best], options, left);
             break;
         }
     }
     ends
+}
+
+/// Gives the highest end the evaluations and the work that are left.
+fn refine_best(
+    evidence: &mut LogMarginal<'_>,
+    best: &mut SearchEnd<TorqueCovariance>,
+    options: &FitOptions,
+    left: f64,
+) {
+    let StartReport {
+        evaluations, work, ..
+    } = best.report;
+    let of_refinement = FitOptions {
+        max_evaluations: options.max_evaluations.saturating_sub(evaluations),
+        max_work: left.min(options.max_work - work),
+        ..options.clone()
+    };
+    refine(evidence, best, &of_refinement);
 }
 
 /// Work that the searches of one stage may take together, in likelihoods by the dense path.

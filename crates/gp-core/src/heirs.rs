@@ -4,19 +4,17 @@ use kernels::{Covariance, TorqueCovariance};
 
 use crate::error::GpError;
 use crate::init::{StartKind, StartPoint};
-use crate::optimize::Curvature;
 use crate::search::{SearchEnd, inside_bounds};
 
 /// Factor beyond which a hyperparameter that has faded is brought back.
 const FADED: f64 = 10.0;
 
-/// A point from which a stage sets out, with what is known of the curvature there.
+/// A point from which a stage sets out.
 #[derive(Debug, Clone)]
 pub(crate) struct Candidate {
     pub kind: StartKind,
     pub covariance: TorqueCovariance,
     pub noise_std: f64,
-    pub curvature: Curvature,
     /// Whether it comes from a stage with fewer samples.
     pub is_heir: bool,
 }
@@ -28,7 +26,6 @@ impl Candidate {
             kind: start.kind,
             covariance: start.covariance.clone(),
             noise_std: start.noise_std,
-            curvature: Curvature::default(),
             is_heir: false,
         }
     }
@@ -38,7 +35,6 @@ impl Candidate {
             kind: end.report.kind,
             covariance: end.covariance.clone(),
             noise_std: end.noise_std,
-            curvature: end.curvature.clone(),
             is_heir: true,
         }
     }
@@ -63,7 +59,6 @@ pub(crate) fn heirs(
     if let Some(end) = best {
         let mut revived = Candidate::heir(end);
         if revive(&mut revived.covariance, scale)? {
-            revived.curvature = Curvature::default();
             heirs.push(revived);
         }
     }

@@ -6,6 +6,7 @@ mod data;
 mod dense;
 mod error;
 mod evidence;
+mod fisher;
 mod fit;
 mod fit_posterior;
 mod fit_report;
@@ -45,6 +46,6 @@ pub use model::{
     TorqueModel, TrainingRanges, decode_model, encode_model,
 };
 pub use nested::spread_rows;
-pub use optimize::{Curvature, StopReason};
+pub use optimize::StopReason;
 pub use posterior::{Posterior, Prediction};
-pub use search::{Likelihood, SearchEnd, search, search_near};
+pub use search::{Likelihood, SearchEnd, refine, search};

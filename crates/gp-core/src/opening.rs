@@ -7,7 +7,7 @@
 
 use kernels::Covariance;
 
-use crate::search::{Likelihood, rounding_bound, work_of};
+use crate::search::{Likelihood, n_samples, rounding_bound, work_of};
 
 /// Mean squared standardised residual beyond which σ is raised.
 const TOO_SURE: f64 = 4.0;
@@ -71,7 +71,7 @@ impl Opening {
         covariance: &C,
     ) -> Option<f64> {
         let evaluation = evidence.evaluate(covariance, self.noise_std, &mut self.gradient);
-        let n_samples = evidence.n_samples();
+        let n_samples = n_samples(evidence);
         self.evaluations += 1;
         self.work += work_of(evaluation.as_ref().ok(), n_samples);
         self.log_marginal = evaluation.ok()?.log_marginal_likelihood;

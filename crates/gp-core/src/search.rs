@@ -2,10 +2,12 @@
 
 use std::cell::Cell;
 
+use faer::{Mat, MatRef};
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance};
 
 use crate::error::GpError;
 use crate::evidence::{Evaluation, MethodUsed};
+use crate::fisher::fisher_information;
 use crate::fit::FitOptions;
 use crate::fit_report::StartReport;
 use crate::heirs::Candidate;
@@ -13,7 +15,8 @@ use crate::init::StartKind;
 use crate::log_marginal::LogMarginal;
 use crate::opening::Opening;
 use crate::optimize::{
-    Budgeted, Curvature, MinimizeOptions, Minimum, Reparametrised, Scaled, minimize,
+    Budgeted, Known, Metric, MinimizeOptions, Minimum, Objective, Reparametrised, Resumed, Scaled,
+    StopReason, minimize,
 };
 
 // DEVIATION(sec. 3): the chapter's search has no such limit.
@@ -22,6 +25,22 @@ use crate::optimize::{
 /// A weight that runs off to 10⁵ N·m beside σ = 10⁻² leaves a likelihood that
 /// jumps by half a nat between neighbours, in which no line search finds its way.
 const MAX_ROUNDING: f64 = 0.1;
+
+/// Evaluations after which the metric of a search is renewed, and the number beyond
+/// `MANY_SAMPLES`, where one evaluation costs more than the metric.
+const ROUND: usize = 150;
+const SHORT_ROUND: usize = 40;
+const MANY_SAMPLES: usize = 512;
+
+/// Nats that a round must gain for another to follow, once the search has stalled.
+const WORTH_A_ROUND: f64 = 0.01;
+
+/// Standard deviation of what a faded term adds to the function when it is brought back, in units of σ/√n.
+const AUDIBLE: f64 = 1.0;
+
+/// What is added to the diagonal of the Fisher information: that of a normal prior whose
+/// standard deviation is a factor e, or one in coordinates that may have any sign.
+const PRIOR_INFORMATION: f64 = 1.0;
 
 /// What a search climbs: eq. (8) of some covariance on some data.
 ///
@@ -40,11 +59,8 @@ pub trait Likelihood<C> {
         gradient: &mut [f64],
     ) -> Result<Evaluation, GpError>;
 
-    /// n, in all parts of the data together.
-    fn n_samples(&self) -> usize;
-
-    /// max_a c(x_a, x_a) over the data.
-    fn largest_variance(&self, covariance: &C) -> f64;
+    /// The inputs of each part of the data, (n_p, d); parts are independent given (θ, σ).
+    fn parts(&self) -> Vec<MatRef<'_, f64>>;
 }
 
 impl<C: Covariance> Likelihood<C> for LogMarginal<'_> {
@@ -57,13 +73,14 @@ impl<C: Covariance> Likelihood<C> for LogMarginal<'_> {
         LogMarginal::evaluate(self, covariance, noise_std, gradient)
     }
 
-    fn n_samples(&self) -> usize {
-        self.x().nrows()
+    fn parts(&self) -> Vec<MatRef<'_, f64>> {
+        vec![self.x()]
     }
+}
 
-    fn largest_variance(&self, covariance: &C) -> f64 {
-        covariance.diag(self.x()).into_iter().fold(0.0, f64::max)
-    }
+/// n, in all parts of the data together.
+pub(crate) fn n_samples<C>(evidence: &impl Likelihood<C>) -> usize {
+    evidence.parts().iter().map(|x| x.nrows()).sum()
 }
 
 /// Where the search from one start ended.
@@ -73,13 +90,58 @@ pub struct SearchEnd<C> {
     pub covariance: C,
     /// σ found, in target units.
     pub noise_std: f64,
-    /// What was learned of the curvature of eq. (8).
-    pub curvature: Curvature,
     /// How it went; its likelihood is −∞ if the start has none.
     pub report: StartReport,
+    /// −log p with its gradient, in unconstrained coordinates; `None` before the first evaluation.
+    known: Option<Known>,
 }
 
 impl<C: Covariance> SearchEnd<C> {
+    /// A search that has not begun.
+    fn at(covariance: C, noise_std: f64, kind: StartKind) -> Self {
+        Self {
+            covariance,
+            noise_std,
+            known: None,
+            report: StartReport {
+                kind,
+                initial_log_marginal: None,
+                log_marginal: f64::NEG_INFINITY,
+                iterations: 0,
+                evaluations: 0,
+                work: 0.0,
+                recoveries: 0,
+                projected_gradient: f64::INFINITY,
+                stop: StopReason::StartUndefined,
+            },
+        }
+    }
+
+    /// Brings back what has faded; whether there was anything.
+    fn make_audible(&mut self, parts: &[MatRef<'_, f64>]) -> bool {
+        let n_samples: usize = parts.iter().map(|x| x.nrows()).sum();
+        let Some(largest) = parts.iter().max_by_key(|x| x.nrows()) else {
+            return false;
+        };
+        let amplitude = AUDIBLE * self.noise_std / (n_samples as f64).sqrt();
+        let theta = self.covariance.audible(*largest, amplitude);
+        let is_changed = (theta.iter().zip(self.covariance.params()))
+            .any(|(there, here)| (there / here).ln().abs() > 0.1);
+        if is_changed {
+            self.covariance.set_params(&theta);
+        }
+        is_changed
+    }
+
+    /// Returns to an earlier point.
+    fn fall_back_to(&mut self, earlier: Self) {
+        self.covariance = earlier.covariance;
+        self.noise_std = earlier.noise_std;
+        self.known = earlier.known;
+        self.report.log_marginal = earlier.report.log_marginal;
+        self.report.projected_gradient = earlier.report.projected_gradient;
+    }
+
     /// Hyperparameters that ended on a bound, by name.
     pub fn bounds_hit(&self) -> Vec<String> {
         let theta = with_noise(&self.covariance, self.noise_std);
@@ -88,12 +150,27 @@ impl<C: Covariance> SearchEnd<C> {
             .map(|(spec, _)| spec.to_string())
             .collect()
     }
+
+    /// Adds a further round of the search, of `evaluations` that cost `work`.
+    fn add(&mut self, round: &Minimum, evaluations: usize, work: f64) {
+        let report = &mut self.report;
+        let start = Some(-round.start_value).filter(|value| value.is_finite());
+        report.initial_log_marginal = report.initial_log_marginal.or(start);
+        report.log_marginal = -round.value;
+        report.iterations += round.iterations;
+        report.evaluations += evaluations;
+        report.work += work;
+        report.recoveries += round.recoveries;
+        report.projected_gradient = round.projected_gradient;
+        report.stop = round.stop;
+    }
 }
 
 /// Climbs eq. (8) from one start, over the hyperparameters of the covariance and σ.
 ///
 /// Bounds are those of the covariance's layout and σ² ≥ 10⁻⁴; entries that may have
 /// any sign are searched as they are.
+/// Steps are taken in the logarithms of the hyperparameters; see [`refine`] for the last part of the way.
 /// The likelihood at the end is never below that at the start.
 /// Sequential and deterministic; `options.starts` is not used.
 /// # Panics
@@ -107,138 +184,201 @@ pub fn search<C: Covariance + Clone>(
     kind: StartKind,
     options: &FitOptions,
 ) -> SearchEnd<C> {
-    let nothing_known = Curvature::default();
-    search_scaled(
-        evidence,
-        (covariance, noise_std),
-        kind,
-        options,
-        nothing_known,
-        None,
-    )
+    let mut end = SearchEnd::at(covariance.clone(), noise_std, kind);
+    go_on(evidence, &mut end, None, options);
+    end
 }
 
-/// Climbs as [`search`] does, with what an earlier search nearby learned of the curvature.
+/// Goes on from where a search ended, in the metric of the Fisher information.
 ///
-/// That search may have seen fewer data.
-/// A curvature of another number of hyperparameters is not used.
+/// ```text
+/// dθ measured by F + I,   F_ij = ½ tr(C⁻¹ ∂_iC C⁻¹ ∂_jC),   C = K + σ²I
+/// ```
+/// in the logarithms of the hyperparameters, so that the first step is one of Fisher's
+/// scoring, and a valley as narrow as the data are precise becomes round.
+/// F is renewed every 150 evaluations, or 40 on many samples, and comes from at most 256 of the samples.
+/// Hyperparameters that have faded, such as length scales on their way to infinity, are
+/// brought back before: see [`Covariance::audible`].
+/// `options` limits the evaluations and the work of this part alone.
+/// The likelihood never falls.
 /// # Panics
 /// As for [`search`].
-pub fn search_near<C: Covariance + Clone>(
+/// # Source
+/// Mardia & Marshall 1984, sec. 2; Amari 1998 for the metric.
+pub fn refine<C: Covariance + Clone>(
     evidence: &mut impl Likelihood<C>,
-    (covariance, noise_std): (&C, f64),
-    kind: StartKind,
+    end: &mut SearchEnd<C>,
     options: &FitOptions,
-    curvature: Curvature,
-) -> SearchEnd<C> {
-    search_scaled(
-        evidence,
-        (covariance, noise_std),
-        kind,
-        options,
-        curvature,
-        None,
-    )
+) {
+    let round = if n_samples(evidence) > MANY_SAMPLES {
+        SHORT_ROUND
+    } else {
+        ROUND
+    };
+    let (mut evaluations, mut work) = (options.max_evaluations, options.max_work);
+    let mut is_settled = true;
+    while end.report.stop != StopReason::GradientSmall && evaluations > 0 && work > 0.0 {
+        let of_round = FitOptions {
+            max_evaluations: evaluations.min(round),
+            max_work: work,
+            ..options.clone()
+        };
+        let before = end.clone();
+        if is_settled && end.make_audible(&evidence.parts()) {
+            end.known = None;
+        }
+        let metric = fisher_metric(evidence, end);
+        go_on(evidence, end, metric, &of_round);
+        let gain = end.report.log_marginal - before.report.log_marginal;
+        let used = end.report.evaluations - before.report.evaluations;
+        work -= end.report.work - before.report.work;
+        if gain < 0.0 {
+            end.fall_back_to(before);
+        }
+        is_settled = end.report.stop != StopReason::EvaluationLimit;
+        if is_settled && (gain < WORTH_A_ROUND || !gain.is_finite()) {
+            break;
+        }
+        evaluations = evaluations.saturating_sub(used.max(1));
+    }
 }
 
-/// Climbs from a candidate, with what is known of the curvature there.
+/// Climbs from a candidate: from a stage with fewer samples, with noise enough for more of them.
 pub(crate) fn search_on(
     evidence: &mut LogMarginal<'_>,
     from: &Candidate,
     options: &FitOptions,
 ) -> SearchEnd<TorqueCovariance> {
     let mut start = from.clone();
-    let mut opening = None;
-    if from.is_heir {
-        start.keep_inside();
-        let (covariance, noise_std) = (&start.covariance, start.noise_std);
-        opening = Opening::find(evidence, covariance, noise_std, MAX_ROUNDING);
-        if let Some(opening) = &opening {
-            start.noise_std = opening.noise_std;
-        }
+    if !from.is_heir {
+        return search(
+            evidence,
+            &start.covariance,
+            start.noise_std,
+            start.kind,
+            options,
+        );
     }
-    let of = (&start.covariance, start.noise_std);
-    search_scaled(evidence, of, start.kind, options, start.curvature, opening)
+    start.keep_inside();
+    let opening = Opening::find(evidence, &start.covariance, start.noise_std, MAX_ROUNDING);
+    let mut end = SearchEnd::at(start.covariance, start.noise_std, start.kind);
+    let mut left = options.max_work;
+    if let Some(opening) = opening {
+        left -= opening.work;
+        end.open_with(opening);
+    }
+    let options = FitOptions {
+        max_work: left,
+        ..options.clone()
+    };
+    refine(evidence, &mut end, &options);
+    end
 }
 
-fn search_scaled<C: Covariance + Clone>(
+impl<C: Covariance> SearchEnd<C> {
+    /// Sets out from a point that has been evaluated.
+    fn open_with(&mut self, opening: Opening) {
+        self.noise_std = opening.noise_std;
+        let objective = Reparametrised::new(
+            &search_layout(&self.covariance),
+            |_: &[f64], _: &mut [f64]| 0.0,
+        );
+        let z = objective.unconstrained(&with_noise(&self.covariance, self.noise_std));
+        let mut gradient: Vec<f64> = opening.gradient.iter().map(|g| -g).collect();
+        objective.pull_back(&z, &mut gradient);
+        self.report.initial_log_marginal = Some(opening.log_marginal);
+        self.report.log_marginal = opening.log_marginal;
+        self.report.evaluations = opening.evaluations;
+        self.report.work = opening.work;
+        self.report.projected_gradient = objective.projected_gradient(&z, &gradient);
+        self.report.stop = StopReason::WorkLimit;
+        self.known = Some(Known {
+            z,
+            value: -opening.log_marginal,
+            gradient,
+        });
+    }
+}
+
+/// One run of the optimiser from where the search is, in the coordinates of a metric.
+fn go_on<C: Covariance + Clone>(
     evidence: &mut impl Likelihood<C>,
-    (covariance, noise_std): (&C, f64),
-    kind: StartKind,
+    end: &mut SearchEnd<C>,
+    metric: Option<Metric>,
     options: &FitOptions,
-    curvature: Curvature,
-    mut opening: Option<Opening>,
-) -> SearchEnd<C> {
-    let mut trial = covariance.clone();
-    let mut initial_log_marginal = None;
-    let mut is_first = true;
-    let work = Cell::new(opening.as_ref().map_or(0.0, |opening| opening.work));
-    let n_samples = evidence.n_samples();
-    // The first point of the search is the opening, which has been evaluated.
-    let n_before = opening.as_ref().map_or(0, |known| known.evaluations - 1);
+) {
+    let mut trial = end.covariance.clone();
+    let work = Cell::new(0.0);
+    let n_samples = n_samples(evidence);
     let negative_log_marginal = |theta: &[f64], gradient: &mut [f64]| {
         let (of_covariance, noise_std) = split_noise(theta);
         trial.set_params(of_covariance);
         if rounding_bound(evidence, &trial, noise_std) > MAX_ROUNDING {
             return f64::INFINITY;
         }
-        let outcome = if let Some(known) = opening.take() {
-            gradient.copy_from_slice(&known.gradient);
-            Ok(known.log_marginal)
-        } else {
-            let outcome = evidence.evaluate(&trial, noise_std, gradient);
-            work.set(work.get() + work_of(outcome.as_ref().ok(), n_samples));
-            outcome.map(|evaluation| evaluation.log_marginal_likelihood)
-        };
-        if std::mem::take(&mut is_first) {
-            initial_log_marginal = outcome.as_ref().ok().copied();
-        }
+        let outcome = evidence.evaluate(&trial, noise_std, gradient);
+        work.set(work.get() + work_of(outcome.as_ref().ok(), n_samples));
         for component in gradient.iter_mut() {
             *component = -*component;
         }
-        outcome.map_or(f64::INFINITY, |value| -value)
+        outcome.map_or(f64::INFINITY, |e| -e.log_marginal_likelihood)
     };
 
-    let theta = with_noise(covariance, noise_std);
-    let objective = Reparametrised::new(&search_layout(covariance), negative_log_marginal);
-    let z = objective.unconstrained(&theta);
-    let objective = Scaled::new(objective, z.clone(), curvature);
-    let start = objective.inner(&z);
+    let objective = Reparametrised::new(&search_layout(&end.covariance), negative_log_marginal);
+    let z = match end.known.as_ref() {
+        Some(known) => known.z.clone(),
+        None => objective.unconstrained(&with_noise(&end.covariance, end.noise_std)),
+    };
+    let n_known = usize::from(end.known.is_some());
+    let objective = Resumed::new(objective, end.known.take());
+    let objective = Scaled::new(objective, z, metric);
+    let start = objective.start();
     let mut objective = Budgeted::new(objective, &work, options.max_work);
     let minimum = minimize(&mut objective, &start, &minimize_options(options));
-    let scaled = objective.into_inner();
-    let z = scaled.outer(&minimum.z);
-    let (objective, curvature) = scaled.into_parts();
-    let theta = objective.natural(&z);
-    drop(objective);
 
+    let scaled = objective.into_inner();
+    let known = Known {
+        z: scaled.outer(&minimum.z),
+        value: minimum.value,
+        gradient: scaled.outer_gradient(&minimum.gradient),
+    };
+    let theta = scaled.into_inner().into_inner().natural(&known.z);
     let (of_covariance, noise_std) = split_noise(&theta);
-    trial.set_params(of_covariance);
-    SearchEnd {
-        covariance: trial,
-        noise_std,
-        curvature,
-        report: start_report((kind, initial_log_marginal), n_before, work.get(), &minimum),
-    }
+    end.covariance.set_params(of_covariance);
+    end.noise_std = noise_std;
+    end.known = Some(known).filter(|known| known.value.is_finite());
+    let n_new = minimum.evaluations.saturating_sub(n_known);
+    end.add(&minimum, n_new, work.get());
 }
 
-fn start_report(
-    (kind, initial_log_marginal): (StartKind, Option<f64>),
-    n_before: usize,
-    work: f64,
-    minimum: &Minimum,
-) -> StartReport {
-    StartReport {
-        kind,
-        initial_log_marginal,
-        log_marginal: -minimum.value,
-        iterations: minimum.iterations,
-        evaluations: n_before + minimum.evaluations,
-        work,
-        recoveries: minimum.recoveries,
-        projected_gradient: minimum.projected_gradient,
-        stop: minimum.stop,
+/// The Fisher information where a search is, with a little for what the data do not tell.
+fn fisher_metric<C: Covariance + Clone>(
+    evidence: &impl Likelihood<C>,
+    end: &SearchEnd<C>,
+) -> Option<Metric> {
+    let layout = search_layout(&end.covariance);
+    let bounds = Reparametrised::new(&layout, |_: &[f64], _: &mut [f64]| 0.0);
+    let z = match end.known.as_ref() {
+        Some(known) => known.z.clone(),
+        None => bounds.unconstrained(&with_noise(&end.covariance, end.noise_std)),
+    };
+    let mut trial = end.covariance.clone();
+    let covariance = |x: MatRef<'_, f64>, z: &[f64]| {
+        let theta = bounds.natural(z);
+        let (of_covariance, noise_std) = split_noise(&theta);
+        trial.set_params(of_covariance);
+        let mut c = Mat::zeros(x.nrows(), x.nrows());
+        trial.add_gram(x, c.as_mut());
+        for row in 0..x.nrows() {
+            c[(row, row)] += noise_std * noise_std;
+        }
+        c
+    };
+    let mut information = fisher_information(&evidence.parts(), &z, covariance)?;
+    for idx in 0..z.len() {
+        information[(idx, idx)] += PRIOR_INFORMATION;
     }
+    Metric::new(information.as_ref())
 }
 
 /// The values nearest to θ and σ from which a search can set out: inside their bounds.
@@ -262,13 +402,16 @@ fn search_layout<C: Covariance>(covariance: &C) -> ParamLayout {
 /// ```text
 /// |Σ_ab Q_ab δK_ab| ≲ n ε max_a K_aa / σ²,   as |δK_ab| ≤ ε max K and ‖K⁻¹‖ ≤ 1/σ²
 /// ```
-pub(crate) fn rounding_bound<C>(
+pub(crate) fn rounding_bound<C: Covariance>(
     evidence: &impl Likelihood<C>,
     covariance: &C,
     noise_std: f64,
 ) -> f64 {
-    let largest = evidence.largest_variance(covariance);
-    evidence.n_samples() as f64 * f64::EPSILON * largest / (noise_std * noise_std)
+    let parts = evidence.parts();
+    let n_samples: usize = parts.iter().map(|x| x.nrows()).sum();
+    let variances = parts.into_iter().flat_map(|x| covariance.diag(x));
+    let largest = variances.fold(0.0, f64::max);
+    n_samples as f64 * f64::EPSILON * largest / (noise_std * noise_std)
 }
 
 /// Work of one evaluation, in evaluations by the dense path: roughly, and never by the clock.

@@ -85,6 +85,20 @@ pub trait Covariance: Send + Sync {
         gradient: &mut [f64],
     );
 
+    /// θ with what has faded brought back to where it is just heard.
+    ///
+    /// A weight that has run off to zero, or a length scale to infinity, has no gradient left
+    /// by which a search could find it again.
+    /// Here each comes back to where its term adds an amount of standard deviation
+    /// `amplitude` to the function: little beside the noise, and enough for a gradient.
+    /// A covariance without such hyperparameters returns θ as it is.
+    /// # Panics
+    /// If `x` has the wrong number of columns.
+    fn audible(&self, x: MatRef<'_, f64>, amplitude: f64) -> Vec<f64> {
+        let _ = (x, amplitude);
+        self.params()
+    }
+
     /// Number of hyperparameters.
     fn n_params(&self) -> usize {
         self.params().len()

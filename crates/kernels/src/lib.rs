@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod audible;
 mod columns;
 mod constant;
 mod coulomb;

@@ -2,6 +2,7 @@
 
 use faer::{Mat, MatMut, MatRef};
 
+use crate::audible::make_audible;
 use crate::constant::Constant;
 use crate::coulomb::{Coulomb, write_signs};
 use crate::covariance::Covariance;
@@ -279,6 +280,14 @@ impl Covariance for TorqueCovariance {
         );
         let of_se = self.scatter(&of_weights, gradient);
         self.se().cross_adjoint(x1, x2, adjoint, of_se);
+    }
+
+    fn audible(&self, x: MatRef<'_, f64>, amplitude: f64) -> Vec<f64> {
+        assert_eq!(x.ncols(), 3 * self.n_joints());
+        let mut params = self.named_params();
+        make_audible(&mut params, x, amplitude);
+        let theta = Self::new(params).map(|audible| audible.params());
+        theta.unwrap_or_else(|_| self.params())
     }
 
     fn n_params(&self) -> usize {

@@ -11,13 +11,14 @@
 
 use faer::MatRef;
 use gp_core::{
-    Curvature, Evaluation, Fit, FitOptions, GpError, Likelihood, LikelihoodOptions, LogMarginal,
-    MethodUsed, StartKind, StartPoint, chapter_start, fit, varied_start,
+    Evaluation, Fit, FitOptions, GpError, Likelihood, LikelihoodOptions, LogMarginal, MethodUsed,
+    StartKind, StartPoint, chapter_start, fit, varied_start,
 };
-use kernels::{Covariance, TorqueCovariance};
+use kernels::TorqueCovariance;
 
 use crate::climb::{Climb, Start, climb};
 use crate::error::MtgpError;
+use crate::ladder::smaller_parts;
 use crate::layout::Stacked;
 use crate::prior::MultiTaskCovariance;
 use crate::task_cov::TaskCovariance;
@@ -38,11 +39,16 @@ pub fn fit_pooled(
     targets: &[f64],
     options: &MultiTaskOptions,
 ) -> Result<TaskFit, MtgpError> {
-    let starts = moment_starts(data, targets, options)?;
+    let mut starts = moment_starts(data, targets, options)?;
+    // DEVIATION(A.3): the chapter searches on all samples from one start.
+    for (part, of_part) in smaller_parts(data, targets, options)? {
+        if let Some(climb) = climb_pooled(&part, &of_part, starts.clone(), options) {
+            starts = vec![climb.into_start()];
+        }
+    }
     let n_starts = starts.len();
-    let mut evidence = LogMarginal::new(data.covariates(), targets, options.likelihood);
-    let climb = climb(&mut evidence, starts, options).ok_or(GpError::NoUsableStart { n_starts })?;
-    drop(evidence);
+    let climb =
+        climb_pooled(data, targets, starts, options).ok_or(GpError::NoUsableStart { n_starts })?;
     let n_tasks = data.n_tasks();
     with_task_matrix(
         data,
@@ -51,6 +57,18 @@ pub fn fit_pooled(
         TaskCovariance::Ones { n_tasks },
         options,
     )
+}
+
+fn climb_pooled(
+    data: &Stacked,
+    targets: &[f64],
+    starts: Vec<Start<TorqueCovariance>>,
+    options: &MultiTaskOptions,
+) -> Option<Climb<TorqueCovariance>> {
+    let mut evidence = LogMarginal::new(data.covariates(), targets, options.likelihood);
+    let n_samples = targets.len();
+    let options = options.briefly(n_samples).on(n_samples);
+    climb(&mut evidence, starts, &options)
 }
 
 /// Learns iGP: one function per task, all with the same hyperparameters.
@@ -135,7 +153,7 @@ fn moment_starts(
             origin: Origin::Moments(kind),
             covariance: point.covariance,
             noise_std: point.noise_std,
-            curvature: Curvature::default(),
+            is_near: false,
         })
     };
     // DEVIATION(A.3): the chapter's step 1 has the start of eq. (22) alone.
@@ -237,13 +255,7 @@ impl Likelihood<TorqueCovariance> for SumOverTasks<'_> {
         Ok(sum)
     }
 
-    fn n_samples(&self) -> usize {
-        self.parts.iter().map(|part| part.x().nrows()).sum()
-    }
-
-    fn largest_variance(&self, covariance: &TorqueCovariance) -> f64 {
-        (self.parts.iter())
-            .flat_map(|part| covariance.diag(part.x()))
-            .fold(0.0, f64::max)
+    fn parts(&self) -> Vec<MatRef<'_, f64>> {
+        self.parts.iter().map(LogMarginal::x).collect()
     }
 }

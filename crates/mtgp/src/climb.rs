@@ -2,24 +2,19 @@
 //!
 //! Every start gets some evaluations; the one that is highest then goes on to the end.
 
-use gp_core::{Curvature, FitOptions, Likelihood, SearchEnd, StartKind, StopReason, search_near};
+use gp_core::{FitOptions, Likelihood, SearchEnd, StartKind, refine, search};
 use kernels::Covariance;
 
 use crate::task_fit::{MultiTaskOptions, Origin, TaskStart};
 
-/// Evaluations after which the coordinates of a search are renewed.
-const ROUND: usize = 150;
-
-/// Nats that a round must gain for another to follow, once the search has stalled.
-const WORTH_A_ROUND: f64 = 0.01;
-
 /// Hyperparameters from which a search sets out, and where they are from.
+#[derive(Clone)]
 pub(crate) struct Start<C> {
     pub origin: Origin,
     pub covariance: C,
     pub noise_std: f64,
-    /// What is known of the curvature of the likelihood there.
-    pub curvature: Curvature,
+    /// Whether it is the end of another search, which the metric of the Fisher information suits.
+    pub is_near: bool,
 }
 
 /// Where the searches from several starts ended.
@@ -27,19 +22,27 @@ pub(crate) struct Climb<C> {
     /// The end of the winner.
     pub covariance: C,
     pub noise_std: f64,
-    pub curvature: Curvature,
     pub bounds_hit: Vec<String>,
     pub starts: Vec<TaskStart>,
     pub winner: usize,
 }
 
 impl<C> Climb<C> {
+    /// Where a search on more data may set out.
+    pub fn into_start(mut self) -> Start<C> {
+        Start {
+            origin: self.starts.swap_remove(self.winner).origin,
+            covariance: self.covariance,
+            noise_std: self.noise_std,
+            is_near: true,
+        }
+    }
+
     /// The same climb, with the covariance as part of another.
     pub fn map<D>(self, whole: impl FnOnce(C) -> D) -> Climb<D> {
         Climb {
             covariance: whole(self.covariance),
             noise_std: self.noise_std,
-            curvature: self.curvature,
             bounds_hit: self.bounds_hit,
             starts: self.starts,
             winner: self.winner,
@@ -55,23 +58,21 @@ pub(crate) fn climb<C: Covariance + Clone>(
     starts: Vec<Start<C>>,
     options: &MultiTaskOptions,
 ) -> Option<Climb<C>> {
-    let first_part = if starts.len() == 1 {
-        options.max_evaluations
-    } else {
-        options.screening.min(options.max_evaluations)
-    };
+    let first_part = options.screening.min(options.max_evaluations);
     let origins: Vec<Origin> = starts.iter().map(|start| start.origin).collect();
+    let first = search_options(options, first_part);
     let mut ends: Vec<SearchEnd<C>> = (starts.into_iter())
-        .map(|start| {
-            let search_options = search_options(options, first_part);
-            let point = (&start.covariance, start.noise_std);
-            let kind = kind_of(start.origin);
-            search_near(likelihood, point, kind, &search_options, start.curvature)
-        })
+        .map(|start| set_out(likelihood, &start, &first))
         .collect();
 
     let winner = highest(&ends)?;
-    finish(likelihood, &mut ends[winner], options);
+    let used = ends[winner].report.evaluations;
+    let left = options.max_evaluations.saturating_sub(used);
+    refine(
+        likelihood,
+        &mut ends[winner],
+        &search_options(options, left),
+    );
     let reports: Vec<TaskStart> = (origins.into_iter().zip(&ends))
         .map(|(origin, end)| TaskStart {
             origin,
@@ -83,49 +84,32 @@ pub(crate) fn climb<C: Covariance + Clone>(
         bounds_hit: end.bounds_hit(),
         covariance: end.covariance,
         noise_std: end.noise_std,
-        curvature: end.curvature,
         starts: reports,
         winner,
     })
 }
 
-/// Goes on from where a search ended, as long as there are evaluations left and it gains.
-///
-/// Each round sets out with the curvature that the rounds before have learned, in whose
-/// coordinates a search that had come to a crawl makes long steps again.
-fn finish<C: Covariance + Clone>(
+/// The first part of the search from one start.
+fn set_out<C: Covariance + Clone>(
     likelihood: &mut impl Likelihood<C>,
-    end: &mut SearchEnd<C>,
-    options: &MultiTaskOptions,
-) {
-    while end.report.stop != StopReason::GradientSmall {
-        let left = (options.max_evaluations).saturating_sub(end.report.evaluations);
-        if left == 0 {
-            return;
-        }
-        let search_options = search_options(options, left.min(ROUND));
-        let point = (&end.covariance, end.noise_std);
-        let curvature = end.curvature.clone();
-        let kind = end.report.kind;
-        let mut last = search_near(likelihood, point, kind, &search_options, curvature);
-        last.report.initial_log_marginal = end.report.initial_log_marginal;
-        last.report.evaluations += end.report.evaluations;
-        last.report.iterations += end.report.iterations;
-        last.report.recoveries += end.report.recoveries;
-        last.report.work += end.report.work;
-        let gain = last.report.log_marginal - end.report.log_marginal;
-        // The pivots of the low-rank path depend on what came before, and with them
-        // the last digits of a likelihood.
-        if gain < 0.0 {
-            end.report.evaluations = last.report.evaluations;
-            return;
-        }
-        *end = last;
-        let is_stalled = end.report.stop != StopReason::EvaluationLimit;
-        if is_stalled && gain < WORTH_A_ROUND {
-            return;
-        }
+    start: &Start<C>,
+    options: &FitOptions,
+) -> SearchEnd<C> {
+    let (kind, noise_std) = (kind_of(start.origin), start.noise_std);
+    if !start.is_near {
+        return search(likelihood, &start.covariance, noise_std, kind, options);
     }
+    let here = FitOptions {
+        max_evaluations: 1,
+        ..options.clone()
+    };
+    let mut end = search(likelihood, &start.covariance, noise_std, kind, &here);
+    let beyond = FitOptions {
+        max_evaluations: options.max_evaluations.saturating_sub(1),
+        ..options.clone()
+    };
+    refine(likelihood, &mut end, &beyond);
+    end
 }
 
 fn search_options(options: &MultiTaskOptions, max_evaluations: usize) -> FitOptions {

@@ -5,22 +5,27 @@
 
 use std::collections::BTreeMap;
 
+use gp_core::Starts;
+
 use crate::baselines::require_targets;
 use crate::error::MtgpError;
 use crate::layout::Stacked;
 use crate::staged::{StageOne, fit_rank_from};
 use crate::task_fit::{MultiTaskOptions, TaskFit};
-use gp_core::Starts;
 
 /// Samples of all tasks together that the first search sees, about.
 const FIRST_RUNG: usize = 280;
+
+/// Nats by which a higher rank must be more likely to be worth it.
+const WORTH_A_RANK: f64 = 1.0;
 
 /// Learns mGPs of several ranks.
 ///
 /// Each rank sets out as A.3 says, from the rank below, and from its own end on about
 /// half of the samples, whose search set out from a quarter of them, and so on down to
 /// some 280; those are spread evenly over the samples of each task.
-/// What a search has learned of the curvature is handed on from part to part.
+/// The lowest rank that came within a nat of the highest likelihood on a part is searched
+/// longest on the next, the others for a third of its evaluations.
 /// With [`Starts::Chapter`] it is A.3 as it stands for every rank: all samples, one start.
 /// # Shapes
 /// `targets` (n,), N·m, in the order of the rows of `data`; the results stand in the
@@ -36,26 +41,15 @@ pub fn fit_ranks(
     stage_one: &StageOne,
     options: &MultiTaskOptions,
 ) -> Result<Vec<TaskFit>, MtgpError> {
-    require_targets(data, targets)?;
     let mut rung = BTreeMap::new();
     // DEVIATION(A.3): the chapter searches on all samples from one start.
-    if options.starts == Starts::Several {
-        for n_samples in smaller_sizes(targets.len()) {
-            let (part, rows) = data.spread(n_samples)?;
-            let of_part: Vec<f64> = rows.iter().map(|&row| targets[row]).collect();
-            let stage_one = StageOne::new(&part, &of_part, options)?;
-            rung = next_rung(&part, &of_part, ranks, &stage_one, &rung, options)?;
-        }
+    for (part, of_part) in smaller_parts(data, targets, options)? {
+        let stage_one = StageOne::new(&part, &of_part, options)?;
+        rung = next_rung(&part, &of_part, ranks, &stage_one, &rung, options)?;
     }
     let mut last = next_rung(data, targets, ranks, stage_one, &rung, options)?;
     let fits = ranks.iter().filter_map(|rank| last.remove(rank));
     Ok(fits.collect())
-}
-
-/// Numbers of samples of the searches before the last: 280, 560, …, up to ¾ of all.
-fn smaller_sizes(n_samples: usize) -> Vec<usize> {
-    let doubled = std::iter::successors(Some(FIRST_RUNG), |n| Some(2 * n));
-    doubled.take_while(|&n| 4 * n <= 3 * n_samples).collect()
 }
 
 /// The mGPs by rank, from those on fewer samples.
@@ -71,14 +65,54 @@ fn next_rung(
     let mut ascending = ranks.to_vec();
     ascending.sort_unstable();
     ascending.dedup();
+    let leader = leader(before);
+    let briefly = options.briefly(targets.len());
     let mut fits: BTreeMap<usize, TaskFit> = BTreeMap::new();
     for rank in ascending {
         let below = fits.values().next_back().filter(|_| !is_chapter);
         let warm: Vec<&TaskFit> = below.into_iter().chain(before.get(&rank)).collect();
+        let is_other = leader.is_some_and(|leader| leader != rank);
+        let options = if is_other { &briefly } else { options };
         let fit = fit_rank_from(data, targets, rank, stage_one, &warm, options)?;
         fits.insert(rank, fit);
     }
     Ok(fits)
+}
+
+/// The lowest rank within a nat of the highest likelihood; `None` before the first searches.
+fn leader(fits: &BTreeMap<usize, TaskFit>) -> Option<usize> {
+    let values = fits.values().map(TaskFit::log_marginal);
+    let highest = values.reduce(f64::max)?;
+    let is_leader = |fit: &TaskFit| fit.log_marginal() >= highest - WORTH_A_RANK;
+    let mut ranks = fits.iter();
+    ranks.find(|(_, fit)| is_leader(fit)).map(|(&rank, _)| rank)
+}
+
+/// The parts of the data that are searched before the whole, each inside the next.
+///
+/// None with [`Starts::Chapter`].
+pub(crate) fn smaller_parts(
+    data: &Stacked,
+    targets: &[f64],
+    options: &MultiTaskOptions,
+) -> Result<Vec<(Stacked, Vec<f64>)>, MtgpError> {
+    require_targets(data, targets)?;
+    let sizes = match options.starts {
+        Starts::Chapter => Vec::new(),
+        Starts::Several => smaller_sizes(targets.len()),
+    };
+    let part = |n_samples: usize| {
+        let (part, rows) = data.spread(n_samples)?;
+        let of_part = rows.iter().map(|&row| targets[row]).collect();
+        Ok((part, of_part))
+    };
+    sizes.into_iter().map(part).collect()
+}
+
+/// Numbers of samples of the searches before the last: 280, 560, …, up to ¾ of all.
+fn smaller_sizes(n_samples: usize) -> Vec<usize> {
+    let doubled = std::iter::successors(Some(FIRST_RUNG), |n| Some(2 * n));
+    doubled.take_while(|&n| 4 * n <= 3 * n_samples).collect()
 }
 
 #[cfg(test)]

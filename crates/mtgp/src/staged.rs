@@ -9,7 +9,7 @@
 //! The two models of step 1 are pGP and iGP themselves.
 
 use faer::{Mat, MatRef};
-use gp_core::{Curvature, GpError, LogMarginal, Starts};
+use gp_core::{GpError, LogMarginal, Starts};
 
 use crate::baselines::{fit_independent, fit_pooled, pooled_moments};
 use crate::climb::{Start, climb};
@@ -22,7 +22,7 @@ use crate::task_fit::{MultiTaskOptions, Origin, TaskFit};
 use crate::task_start::{augmented_k_task, augmented_targets};
 
 /// Part of the mean diagonal of K^ρ that a new column of Λ adds to its trace.
-const NEW_COLUMN: f64 = 1e-4;
+const NEW_COLUMN: f64 = 1e-6;
 
 /// A column of Λ below this part of the root mean diagonal of K^ρ is taken for zero.
 const ZERO_COLUMN: f64 = 1e-6;
@@ -125,8 +125,7 @@ pub fn fit_rank(
 /// where that start led before.
 /// Where pGP won stage 1 and beats all of `warm`, it is itself a start, of rank 1.
 /// Several starts get `options.screening` evaluations each, and the highest goes on.
-/// A fit of the same rank to fewer data hands on what it learned of the curvature, so
-/// that a few evaluations on many data follow hundreds on few.
+/// Such fits are near an optimum, and refined from the first evaluation: see [`gp_core::refine`].
 /// [`Starts::Chapter`] without `warm` is A.3 as it stands.
 /// # Shapes
 /// `targets` (n,), N·m, in the order of the rows of `data`.
@@ -202,7 +201,7 @@ fn chapter_stage_three(
         origin: stage_one.origin(),
         covariance: MultiTaskCovariance::new(input, TaskCovariance::Factor(factor)),
         noise_std: stage_one.initial_noise_std,
-        curvature: Curvature::default(),
+        is_near: false,
     })
 }
 
@@ -242,7 +241,7 @@ fn warm_start(
             origin: Origin::Given,
             covariance: fit.covariance().clone(),
             noise_std: fit.noise_std(),
-            curvature: fit.curvature.clone(),
+            is_near: true,
         });
     }
     let k_task = fit.k_task();
@@ -261,7 +260,7 @@ fn warm_start(
             TaskCovariance::Factor(without_zero_columns(&factor)?),
         ),
         noise_std: fit.noise_std(),
-        curvature: Curvature::default(),
+        is_near: true,
     })
 }
 

@@ -2,8 +2,8 @@
 
 use faer::{Mat, MatRef};
 use gp_core::{
-    Curvature, FitPosterior, GpError, LikelihoodOptions, MethodUsed, Prediction, StartKind,
-    StartReport, Starts,
+    FitPosterior, GpError, LikelihoodOptions, MethodUsed, Prediction, StartKind, StartReport,
+    Starts,
 };
 use kernels::TorqueForm;
 
@@ -24,7 +24,7 @@ pub struct MultiTaskOptions {
     /// Likelihoods with gradient that each search may use.
     pub max_evaluations: usize,
     /// Floating-point operations, n³ for each likelihood, after which a search for Λ
-    /// ends sooner than that, though not before 120 likelihoods.
+    /// ends sooner than that, though not before 80 likelihoods.
     pub max_flops: f64,
     /// Those that each of several starts gets before all but the highest are left.
     pub screening: usize,
@@ -70,8 +70,15 @@ impl MultiTaskOptions {
     }
 }
 
-/// Likelihoods that a search for Λ may compute however many samples there are.
-const FEWEST_EVALUATIONS: usize = 120;
+/// Likelihoods that a search may compute however many samples there are.
+const FEWEST_EVALUATIONS: usize = 80;
+
+/// Evaluations from which several starts are searched for a while before one is chosen;
+/// with fewer, their first likelihoods decide.
+const ENOUGH_TO_COMPARE: usize = 200;
+
+/// Part of the evaluations that a search gets that is not to go to the end.
+const BRIEF_PART: usize = 3;
 
 impl MultiTaskOptions {
     /// The same options with the evaluations that `max_flops` leaves on n samples.
@@ -84,8 +91,28 @@ impl MultiTaskOptions {
         let affordable = self.max_flops / (n_samples as f64).powi(3);
         let fewest = FEWEST_EVALUATIONS.min(self.max_evaluations);
         let most = self.max_evaluations as f64;
+        let max_evaluations = affordable.clamp(fewest as f64, most) as usize;
         Self {
-            max_evaluations: affordable.clamp(fewest as f64, most) as usize,
+            max_evaluations,
+            screening: if max_evaluations < ENOUGH_TO_COMPARE {
+                1
+            } else {
+                self.screening
+            },
+            ..self.clone()
+        }
+    }
+
+    /// The same options for a search on n samples that is not to go to the end.
+    ///
+    /// With [`Starts::Chapter`] every search goes to the end.
+    pub(crate) fn briefly(&self, n_samples: usize) -> Self {
+        if self.starts == Starts::Chapter {
+            return self.clone();
+        }
+        let of_whole = self.on(n_samples).max_evaluations;
+        Self {
+            max_evaluations: of_whole.div_ceil(BRIEF_PART),
             ..self.clone()
         }
     }
@@ -164,8 +191,6 @@ pub struct TaskFit {
     pub posterior: FitPosterior<MultiTaskCovariance>,
     /// How the hyperparameters were found.
     pub report: TaskFitReport,
-    /// What the search learned of the curvature of the likelihood.
-    pub(crate) curvature: Curvature,
 }
 
 impl TaskFit {
@@ -193,11 +218,7 @@ impl TaskFit {
             error_bound,
             condition_lower_bound: posterior.condition_lower_bound(),
         };
-        Ok(Self {
-            posterior,
-            report,
-            curvature: climb.curvature,
-        })
+        Ok(Self { posterior, report })
     }
 
     /// The covariance with the hyperparameters found.

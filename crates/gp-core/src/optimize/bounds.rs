@@ -50,6 +50,13 @@ impl<F: FnMut(&[f64], &mut [f64]) -> f64> Reparametrised<F> {
             .collect()
     }
 
+    /// ∂f/∂z of ∂F/∂θ at z, in place.
+    pub fn pull_back(&self, z: &[f64], gradient: &mut [f64]) {
+        for ((g, transform), &z) in gradient.iter_mut().zip(&self.transforms).zip(z) {
+            *g *= transform.derivative(z);
+        }
+    }
+
     /// ∂F/∂log θ_j from ∂f/∂z_j; zero where z is so far out that both vanish.
     fn log_gradient(transform: Transform, z: f64, gradient: f64) -> f64 {
         let log_slope = transform.derivative(z) / transform.natural(z);
@@ -86,9 +93,7 @@ impl<F: FnMut(&[f64], &mut [f64]) -> f64> Objective for Reparametrised<F> {
             return f64::INFINITY;
         }
         let value = (self.natural_objective)(&self.theta, gradient);
-        for ((g, transform), &z) in gradient.iter_mut().zip(&self.transforms).zip(z) {
-            *g *= transform.derivative(z);
-        }
+        self.pull_back(z, gradient);
         let is_finite = value.is_finite() && gradient.iter().all(|g| g.is_finite());
         if is_finite { value } else { f64::INFINITY }
     }

@@ -66,6 +66,10 @@ pub struct Minimum {
     pub z: Vec<f64>,
     /// Value of the function there; +∞ if it is undefined at the start.
     pub value: f64,
+    /// Its gradient there; zeros if it is undefined at the start.
+    pub gradient: Vec<f64>,
+    /// Value at the start; +∞ if it is undefined there.
+    pub start_value: f64,
     /// Largest component of the projected gradient there.
     pub projected_gradient: f64,
     /// L-BFGS iterations.
@@ -127,13 +131,15 @@ pub fn minimize(
     };
 
     let record = record.borrow();
-    let (z, value, projected_gradient) = match &record.best {
-        Some(best) => (best.z.clone(), best.value, record.projected_gradient(best)),
-        None => (start.to_vec(), f64::INFINITY, f64::INFINITY),
+    let (best, projected_gradient) = match &record.best {
+        Some(best) => (best.clone(), record.projected_gradient(best)),
+        None => (Point::undefined(start), f64::INFINITY),
     };
     Minimum {
-        z,
-        value,
+        z: best.z,
+        value: best.value,
+        gradient: best.gradient,
+        start_value: record.start_value.unwrap_or(f64::INFINITY),
         projected_gradient,
         iterations: progress.iterations,
         evaluations: record.evaluations,
@@ -223,6 +229,16 @@ struct Point {
     z: Vec<f64>,
     value: f64,
     gradient: Vec<f64>,
+}
+
+impl Point {
+    fn undefined(z: &[f64]) -> Self {
+        Self {
+            z: z.to_vec(),
+            value: f64::INFINITY,
+            gradient: vec![0.0; z.len()],
+        }
+    }
 }
 
 /// The objective with what is known of it.

@@ -2,15 +2,16 @@
 
 mod bounds;
 mod budget;
-mod curvature;
 mod lbfgs;
 mod line_search;
+mod metric;
+mod resumed;
 
 pub(crate) use bounds::Reparametrised;
 pub(crate) use budget::Budgeted;
-pub use curvature::Curvature;
-pub(crate) use curvature::Scaled;
 pub use lbfgs::{MinimizeOptions, Minimum, StopReason, minimize};
+pub(crate) use metric::{Metric, Scaled};
+pub(crate) use resumed::{Known, Resumed};
 
 /// A smooth function on R^p that may be undefined in places.
 pub trait Objective {
