@@ -18,6 +18,17 @@ pub enum GpError {
         /// Number of samples.
         n_samples: usize,
     },
+    /// Too many samples for the dense path, and too high a rank for the other.
+    #[error(
+        "{n_samples} samples need a covariance of rank above {largest}, which is beyond this method: \
+         use fewer samples, or expect more noise"
+    )]
+    RankTooHigh {
+        /// Number of samples.
+        n_samples: usize,
+        /// Largest rank that the low-rank path takes on.
+        largest: usize,
+    },
     /// An input is NaN or infinite.
     #[error("input at row {row}, column {column} is {value}, not a finite number")]
     NonFiniteInput {

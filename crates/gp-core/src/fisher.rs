@@ -32,7 +32,7 @@ pub(crate) fn fisher_information(
     z: &[f64],
     mut covariance: impl FnMut(MatRef<'_, f64>, &[f64]) -> Mat<f64>,
 ) -> Option<Mat<f64>> {
-    let n_samples: usize = parts.iter().map(|x| x.nrows()).sum();
+    let n_samples: usize = parts.iter().map(MatRef::nrows).sum();
     let mut information = Mat::zeros(z.len(), z.len());
     for x in parts.iter().filter(|x| x.nrows() > 0) {
         let k = samples_of(x.nrows(), n_samples);

@@ -258,8 +258,7 @@ fn before_the_last(
     Ok(candidates)
 }
 
-/// Searches from each candidate in turn as long as there is work left for one stage;
-/// from the first starts if no candidate has a likelihood on these samples.
+/// The searches of one stage; from the first starts if no candidate has a likelihood on these samples.
 fn climb(
     x: MatRef<'_, f64>,
     targets: &[f64],
@@ -269,35 +268,47 @@ fn climb(
 ) -> Vec<SearchEnd<TorqueCovariance>> {
     // Its matrices are as large as those of the posterior to come, so it ends here.
     let mut evidence = LogMarginal::new(x, targets, options.likelihood);
+    let mut ends = climb_from(&mut evidence, candidates, options);
+    if highest(&ends).is_none() && candidates.iter().any(|candidate| candidate.is_heir) {
+        ends.extend(climb_from(&mut evidence, first, options));
+    }
+    ends
+}
+
+/// Searches from each candidate in turn, as long as there is work left for the stage.
+fn climb_from(
+    evidence: &mut LogMarginal<'_>,
+    candidates: &[Candidate],
+    options: &FitOptions,
+) -> Vec<SearchEnd<TorqueCovariance>> {
+    let n_samples = evidence.x().nrows();
     let mut left = match options.scheme {
         SearchScheme::Whole => f64::INFINITY,
-        SearchScheme::Nested => stage_work(targets.len()),
+        SearchScheme::Nested => stage_work(n_samples),
     };
     let n_heirs = candidates.iter().filter(|c| c.is_heir).count();
-    let mut ends = Vec::new();
-    for from in [candidates, first] {
-        for candidate in from {
-            if ends.len() == n_heirs {
-                left = left.min(stage_work_of_starts(targets.len(), options.scheme));
-            }
-            if left <= 0.0 && highest(&ends).is_some() {
-                break;
-            }
-            let options = FitOptions {
-                max_evaluations: options.max_evaluations.div_ceil(2),
-                max_work: options
-                    .max_work
-                    .min(if left > 0.0 { left } else { MIN_WORK }),
-                ..options.clone()
-            };
-            let end = search_on(&mut evidence, candidate, &options);
-            left -= end.report.work;
-            ends.push(end);
+    let mut ends: Vec<SearchEnd<TorqueCovariance>> = Vec::new();
+    for candidate in candidates {
+        if ends.len() == n_heirs {
+            left = left.min(stage_work_of_starts(n_samples, options.scheme));
         }
-        if let Some(best) = highest(&ends) {
-            refine_best(&mut evidence, &mut ends[best], options, left);
+        if left <= 0.0 && highest(&ends).is_some() {
             break;
         }
+        let options = FitOptions {
+            max_evaluations: options.max_evaluations.div_ceil(2),
+            max_work: options
+                .max_work
+                .min(if left > 0.0 { left } else { MIN_WORK }),
+            ..options.clone()
+        };
+        let end = search_on(evidence, candidate, &options);
+        left -= end.report.work;
+        ends.push(end);
+    }
+    // An heir is refined from its beginning.
+    if let Some(best) = highest(&ends).filter(|&best| !candidates[best].is_heir) {
+        refine_best(evidence, &mut ends[best], options, left);
     }
     ends
 }

@@ -89,3 +89,40 @@ fn revive(covariance: &mut TorqueCovariance, scale: &TorqueCovariance) -> Result
     *covariance = revived;
     Ok(has_changed)
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "bounds are taken over as they are")]
+mod tests {
+    use kernels::TorqueParams;
+
+    use super::*;
+
+    fn params() -> TorqueParams {
+        TorqueParams {
+            bias_std: 1.0,
+            linear_std: vec![2.0, 1e-12, 1.0],
+            signal_std: 1.0,
+            length_scales: vec![1e9, 2.0, 5.0],
+            coulomb_std: Some(vec![1e-9]),
+        }
+    }
+
+    #[test]
+    fn what_has_faded_comes_back_to_a_tenth_of_its_usual_size() {
+        let mut covariance = TorqueCovariance::new(params()).unwrap();
+        let scale = TorqueCovariance::unit(1, kernels::TorqueForm::Coulomb);
+        assert!(revive(&mut covariance, &scale).unwrap());
+        let revived = covariance.named_params();
+        assert_eq!(revived.length_scales, [10.0, 2.0, 5.0]);
+        assert_eq!(revived.linear_std, [2.0, 0.1, 1.0]);
+        assert_eq!(revived.coulomb_std, Some(vec![0.1]));
+        // Once more there is nothing to do.
+        assert!(!revive(&mut covariance, &scale).unwrap());
+    }
+
+    #[test]
+    fn without_an_end_there_are_no_heirs() {
+        let scale = TorqueCovariance::unit(1, kernels::TorqueForm::Coulomb);
+        assert!(heirs(None, &scale).unwrap().is_empty());
+    }
+}

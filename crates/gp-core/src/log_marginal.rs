@@ -78,6 +78,12 @@ const SMALLEST: usize = 128;
 /// Measured: at n = 400 and 1004 both paths take equal time near 0.28 n.
 const LARGEST_RANK: f64 = 0.25;
 
+/// Rank beyond which the automatic choice has no low-rank path, however many samples there are.
+const LARGEST_AFFORDABLE_RANK: usize = 2048;
+
+/// Samples beyond which the automatic choice has no dense path: two matrices of this order are 4.3 GB.
+const LARGEST_DENSE: usize = 16_384;
+
 /// Samples whose likelihood shows which pivots all samples need.
 const SAMPLE: usize = 512;
 
@@ -172,7 +178,9 @@ impl<'a> LogMarginal<'a> {
     /// The value of eq. (8) and its gradient with respect to (θ, σ).
     ///
     /// # Errors
-    /// [`GpError::NotPositiveDefinite`] or [`GpError::NonFiniteLikelihood`].
+    /// [`GpError::NotPositiveDefinite`] or [`GpError::NonFiniteLikelihood`];
+    /// [`GpError::RankTooHigh`] for more than 16,384 samples with the automatic choice,
+    /// where the certificate needs a rank above 2048.
     /// # Panics
     /// If `gradient` does not have one entry per hyperparameter and one for σ.
     pub fn evaluate<C: Covariance>(
@@ -212,7 +220,8 @@ impl<'a> LogMarginal<'a> {
     /// The low-rank process, or `None` where the dense path is asked for or pays.
     ///
     /// # Errors
-    /// [`GpError::NotPositiveDefinite`] if the low-rank path was asked for and broke down.
+    /// [`GpError::NotPositiveDefinite`] if the low-rank path was asked for and broke down;
+    /// [`GpError::RankTooHigh`].
     pub(crate) fn low_rank<C: Covariance>(
         &mut self,
         covariance: &C,
@@ -228,12 +237,20 @@ impl<'a> LogMarginal<'a> {
                 clippy::cast_sign_loss,
                 reason = "n is positive and far below 2^52"
             )]
-            Method::Automatic => (LARGEST_RANK * n as f64) as usize,
+            Method::Automatic => ((LARGEST_RANK * n as f64) as usize).min(LARGEST_AFFORDABLE_RANK),
             Method::Certified => n,
         };
         let outcome = self.certified(covariance, noise_std, max_rank);
         if self.options.method == Method::Certified {
             return outcome;
+        }
+        if n > LARGEST_DENSE {
+            let largest = max_rank;
+            let beyond = GpError::RankTooHigh {
+                n_samples: n,
+                largest,
+            };
+            return outcome?.ok_or(beyond).map(Some);
         }
         // Rounding can end the search for pivots before the certificate is met.
         let largest = MAX_DOUBT.max(self.options.certificate);

@@ -79,3 +79,56 @@ impl Opening {
         Some(1.0 + self.noise_std * slope / n_samples as f64)
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "bounds are taken over as they are")]
+mod tests {
+    use faer::Mat;
+    use kernels::{Constant, SeArd};
+
+    use super::*;
+    use crate::evidence::LikelihoodOptions;
+    use crate::log_marginal::LogMarginal;
+
+    /// Twenty samples of size 3 with signs in turn, at inputs far from one another.
+    fn data() -> (Mat<f64>, Vec<f64>) {
+        let x = Mat::from_fn(20, 1, |row, _| 100.0 * row as f64);
+        let t = (0..20).map(|row| if row % 2 == 0 { 3.0 } else { -3.0 });
+        (x, t.collect())
+    }
+
+    #[test]
+    fn noise_that_is_too_small_is_raised_to_the_residuals() {
+        let (x, t) = data();
+        let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
+        // A function that hardly varies: the residuals are the targets.
+        let covariance = Constant::new(1e-6).unwrap();
+        let opening = Opening::find(&mut evidence, &covariance, 0.1, 0.1).unwrap();
+        // ρ = 900, then about 1.
+        assert!((opening.noise_std - 3.0).abs() < 0.01, "{opening:?}");
+        assert_eq!(opening.evaluations, 2);
+        // −½ Σ t²/σ² − n ln σ − ½ n ln 2π at σ = 3.
+        let expected = -10.0 - 20.0 * 3.0_f64.ln() - 10.0 * std::f64::consts::TAU.ln();
+        assert!((opening.log_marginal - expected).abs() < 1e-3);
+    }
+
+    #[test]
+    fn noise_that_suits_stays() {
+        let (x, t) = data();
+        let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
+        let covariance = SeArd::new(3.0, vec![1.0]).unwrap();
+        let opening = Opening::find(&mut evidence, &covariance, 0.5, 0.1).unwrap();
+        assert_eq!((opening.noise_std, opening.evaluations), (0.5, 1));
+    }
+
+    #[test]
+    fn noise_is_raised_to_where_rounding_allows_a_search() {
+        let (x, t) = data();
+        let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
+        let covariance = SeArd::new(1e6, vec![1.0]).unwrap();
+        let opening = Opening::find(&mut evidence, &covariance, 0.01, 0.1).unwrap();
+        let bound = rounding_bound(&evidence, &covariance, opening.noise_std);
+        assert!(bound <= 0.1, "{bound}");
+        assert!(opening.noise_std > 0.01);
+    }
+}

@@ -38,6 +38,9 @@ const WORTH_A_ROUND: f64 = 0.01;
 /// Standard deviation of what a faded term adds to the function when it is brought back, in units of σ/√n.
 const AUDIBLE: f64 = 1.0;
 
+/// Change of the logarithm of a faded hyperparameter that is worth the likelihood it takes.
+const WORTH_A_MOVE: f64 = 0.1;
+
 /// What is added to the diagonal of the Fisher information: that of a normal prior whose
 /// standard deviation is a factor e, or one in coordinates that may have any sign.
 const PRIOR_INFORMATION: f64 = 1.0;
@@ -80,7 +83,7 @@ impl<C: Covariance> Likelihood<C> for LogMarginal<'_> {
 
 /// n, in all parts of the data together.
 pub(crate) fn n_samples<C>(evidence: &impl Likelihood<C>) -> usize {
-    evidence.parts().iter().map(|x| x.nrows()).sum()
+    evidence.parts().iter().map(MatRef::nrows).sum()
 }
 
 /// Where the search from one start ended.
@@ -119,16 +122,17 @@ impl<C: Covariance> SearchEnd<C> {
 
     /// Brings back what has faded; whether there was anything.
     fn make_audible(&mut self, parts: &[MatRef<'_, f64>]) -> bool {
-        let n_samples: usize = parts.iter().map(|x| x.nrows()).sum();
+        let n_samples: usize = parts.iter().map(MatRef::nrows).sum();
         let Some(largest) = parts.iter().max_by_key(|x| x.nrows()) else {
             return false;
         };
         let amplitude = AUDIBLE * self.noise_std / (n_samples as f64).sqrt();
         let theta = self.covariance.audible(*largest, amplitude);
         let is_changed = (theta.iter().zip(self.covariance.params()))
-            .any(|(there, here)| (there / here).ln().abs() > 0.1);
+            .any(|(there, here)| (there / here).ln().abs() > WORTH_A_MOVE);
         if is_changed {
             self.covariance.set_params(&theta);
+            self.known = None;
         }
         is_changed
     }
@@ -217,29 +221,31 @@ pub fn refine<C: Covariance + Clone>(
     };
     let (mut evaluations, mut work) = (options.max_evaluations, options.max_work);
     let mut is_settled = true;
-    while end.report.stop != StopReason::GradientSmall && evaluations > 0 && work > 0.0 {
+    while evaluations > 0 && work > 0.0 {
+        let before = end.clone();
+        let is_moved = is_settled && end.make_audible(&evidence.parts());
+        if before.report.stop == StopReason::GradientSmall && !is_moved {
+            return;
+        }
         let of_round = FitOptions {
             max_evaluations: evaluations.min(round),
             max_work: work,
             ..options.clone()
         };
-        let before = end.clone();
-        if is_settled && end.make_audible(&evidence.parts()) {
-            end.known = None;
-        }
         let metric = fisher_metric(evidence, end);
         go_on(evidence, end, metric, &of_round);
+
         let gain = end.report.log_marginal - before.report.log_marginal;
         let used = end.report.evaluations - before.report.evaluations;
+        evaluations = evaluations.saturating_sub(used.max(1));
         work -= end.report.work - before.report.work;
+        is_settled = end.report.stop != StopReason::EvaluationLimit;
         if gain < 0.0 {
             end.fall_back_to(before);
         }
-        is_settled = end.report.stop != StopReason::EvaluationLimit;
-        if is_settled && (gain < WORTH_A_ROUND || !gain.is_finite()) {
-            break;
+        if is_settled && !(gain.is_finite() && gain >= WORTH_A_ROUND) {
+            return;
         }
-        evaluations = evaluations.saturating_sub(used.max(1));
     }
 }
 
@@ -265,7 +271,7 @@ pub(crate) fn search_on(
     let mut left = options.max_work;
     if let Some(opening) = opening {
         left -= opening.work;
-        end.open_with(opening);
+        end.open_with(&opening);
     }
     let options = FitOptions {
         max_work: left,
@@ -277,7 +283,7 @@ pub(crate) fn search_on(
 
 impl<C: Covariance> SearchEnd<C> {
     /// Sets out from a point that has been evaluated.
-    fn open_with(&mut self, opening: Opening) {
+    fn open_with(&mut self, opening: &Opening) {
         self.noise_std = opening.noise_std;
         let objective = Reparametrised::new(
             &search_layout(&self.covariance),
@@ -408,7 +414,7 @@ pub(crate) fn rounding_bound<C: Covariance>(
     noise_std: f64,
 ) -> f64 {
     let parts = evidence.parts();
-    let n_samples: usize = parts.iter().map(|x| x.nrows()).sum();
+    let n_samples: usize = parts.iter().map(MatRef::nrows).sum();
     let variances = parts.into_iter().flat_map(|x| covariance.diag(x));
     let largest = variances.fold(0.0, f64::max);
     n_samples as f64 * f64::EPSILON * largest / (noise_std * noise_std)

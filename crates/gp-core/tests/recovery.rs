@@ -2,7 +2,7 @@
 
 use gp_core::{
     Fit, FitOptions, FitPosterior, LogMarginal, SearchScheme, StartKind, StartPoint, StopReason,
-    fit, fit_from, log_marginal_likelihood, search,
+    fit, fit_from, log_marginal_likelihood, refine, search,
 };
 use kernels::{SeArd, TorqueCovariance, TorqueForm, TorqueParams};
 use proptest::prelude::*;
@@ -222,5 +222,86 @@ fn work_limit_ends_a_search_and_says_so() {
         // 60 samples are searched by the dense path, one unit of work an evaluation.
         assert_eq!((start.evaluations, start.work), (5, 5.0), "{start:?}");
         assert_eq!(start.stop, StopReason::WorkLimit);
+    }
+}
+
+fn short(max_evaluations: usize) -> FitOptions {
+    FitOptions {
+        max_evaluations,
+        ..FitOptions::chapter()
+    }
+}
+
+#[test]
+fn faded_length_scales_come_back_when_a_search_is_refined() {
+    let x = uniform_inputs(11, 80, 3);
+    let truth = TorqueCovariance::new(TorqueParams {
+        bias_std: 1e-3,
+        linear_std: vec![1e-3; 3],
+        signal_std: 3.0,
+        length_scales: vec![1.0, 1.5, 2.0],
+        coulomb_std: None,
+    })
+    .unwrap();
+    let t = targets(61, &truth, 0.1, &x);
+    let of_truth = log_marginal_likelihood(&truth, 0.1, x.as_ref(), &t).unwrap();
+    // The second covariate is taken for superfluous, so surely that nothing points back.
+    let mut faded = truth.named_params();
+    faded.length_scales[1] = 1e9;
+    let faded = TorqueCovariance::new(faded).unwrap();
+    let options = short(200);
+    let mut evidence = LogMarginal::new(x.as_ref(), &t, options.likelihood);
+    let mut end = search(&mut evidence, &faded, 0.1, StartKind::Given, &options);
+    assert!(
+        end.report.log_marginal < of_truth - 10.0,
+        "{:?}",
+        end.report
+    );
+    assert!(end.covariance.se().length_scales()[1] > 1e8);
+    refine(&mut evidence, &mut end, &options);
+    assert!(end.report.log_marginal >= of_truth, "{:?}", end.report);
+    assert!(end.covariance.se().length_scales()[1] < 10.0);
+}
+
+#[test]
+fn narrow_valley_is_followed_to_its_end_in_the_metric_of_the_information() {
+    // σ is a thousandth of the signal, so that the likelihood is a valley a thousand times longer than wide.
+    let x = uniform_inputs(12, 60, 6);
+    let t = targets(62, &truth(TorqueForm::Smooth), 0.01, &x);
+    let start = TorqueCovariance::unit(2, TorqueForm::Smooth);
+    let end_of = |plain: usize, refined: usize| {
+        let mut evidence = LogMarginal::new(x.as_ref(), &t, short(1).likelihood);
+        let mut end = search(&mut evidence, &start, 1.0, StartKind::Given, &short(plain));
+        refine(&mut evidence, &mut end, &short(refined));
+        end.report
+    };
+    let refined = end_of(60, 240);
+    let longer = end_of(60, 2000);
+    assert!(
+        longer.log_marginal - refined.log_marginal < 0.1,
+        "{refined:?} {longer:?}"
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+    #[test]
+    fn refinement_never_lowers_the_likelihood_nor_exceeds_its_limits(
+        seed in 0_u64..1000,
+        plain in 1_usize..20,
+        refined in 1_usize..40,
+    ) {
+        let x = uniform_inputs(seed, 20, 3);
+        let t: Vec<f64> = (0..20).map(|row| (x[(row, 0)] * 2.0).sin() + x[(row, 2)]).collect();
+        let mut evidence = LogMarginal::new(x.as_ref(), &t, short(1).likelihood);
+        let start = TorqueCovariance::unit(1, TorqueForm::Coulomb);
+        let mut end = search(&mut evidence, &start, 0.5, StartKind::Given, &short(plain));
+        let before = end.report.clone();
+        refine(&mut evidence, &mut end, &short(refined));
+        prop_assert!(end.report.log_marginal >= before.log_marginal);
+        prop_assert!(end.report.evaluations <= before.evaluations + refined);
+        let again = log_marginal_likelihood(&end.covariance, end.noise_std, x.as_ref(), &t);
+        let error = (again.unwrap() - end.report.log_marginal).abs();
+        prop_assert!(error <= 1e-6 * end.report.log_marginal.abs().max(1.0), "{error}");
     }
 }

@@ -44,6 +44,7 @@ fn moments(x: MatRef<'_, f64>, column: usize) -> (f64, f64) {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "bounds are taken over as they are")]
 mod tests {
     use faer::Mat;
 

@@ -53,6 +53,7 @@ impl<O: Objective> Objective for Resumed<O> {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "what is known is copied")]
 mod tests {
     use super::*;
 
