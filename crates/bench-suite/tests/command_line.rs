@@ -151,8 +151,8 @@ fn shards_share_the_work_and_the_report_is_that_of_one_run() {
 
 /// Directories of reports, oldest first.
 fn reports(dir: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(dir).unwrap();
-    let paths = entries.map(|entry| entry.unwrap().path());
+    let entries = std::fs::read_dir(dir).expect("the directory of results is there");
+    let paths = entries.map(|entry| entry.expect("it can be listed").path());
     let mut reports: Vec<PathBuf> = paths.filter(|p| p.join("report.md").exists()).collect();
     reports.sort();
     reports
