@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bench_suite::run::Reuse;
+use bench_suite::shard::Shard;
 use bench_suite::spec::{MAX_SIZE, N_JOINTS, Profile};
 use bench_suite::split::UNIQUE;
 use clap::{Args, Parser, Subcommand};
@@ -39,6 +40,9 @@ pub struct ReproducePaper {
     /// What to take from earlier runs: nothing but results, finished fits, or nothing at all
     #[arg(long = "from", value_enum, default_value_t = Reuse::Fits)]
     pub reuse: Reuse,
+    /// Only part I of N of the fits, and no report: for one of N machines with one `--output`
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<Shard>,
     /// Directory of finished cells and reports
     #[arg(long, value_name = "DIR", default_value_os_t = default_output())]
     pub output: PathBuf,

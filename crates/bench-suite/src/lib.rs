@@ -18,6 +18,7 @@ pub mod report;
 pub mod reproduce;
 pub mod run;
 pub mod seed;
+pub mod shard;
 pub mod spec;
 pub mod split;
 pub mod store;

@@ -16,9 +16,10 @@ use bench_suite::multi::spec::MultiSelection;
 use bench_suite::regression::{self, Scores};
 use bench_suite::report::{durations, multi_durations};
 use bench_suite::reproduce::{
-    Findings, ManyContexts, OneContext, Reproduction, Request, reproduce,
+    Findings, ManyContexts, OneContext, Reproduction, Request, compute, reproduce,
 };
 use bench_suite::run::{Reuse, RunOutcome};
+use bench_suite::shard::Shard;
 use bench_suite::spec::{Profile, Selection};
 use bench_suite::store::{Work, write_atomically};
 use clap::Parser;
@@ -49,7 +50,8 @@ fn complain(error: &anyhow::Error) -> ExitCode {
 }
 
 fn reproduce_paper(flags: ReproducePaper) -> anyhow::Result<ExitCode> {
-    let reproduction = reproduce(&Request {
+    let shard = flags.shard;
+    let request = Request {
         profile: flags.profile,
         only: flags.only,
         output: flags.output,
@@ -63,12 +65,25 @@ fn reproduce_paper(flags: ReproducePaper) -> anyhow::Result<ExitCode> {
             joints: flags.joints,
             sizes: flags.sizes,
         },
+        shard: shard.unwrap_or(Shard::WHOLE),
         n_threads: flags.threads,
         reuse: flags.reuse,
         command: typed_command(),
-    })?;
+    };
+    if let Some(shard) = shard {
+        return compute_share(&request, shard);
+    }
+    let reproduction = reproduce(&request)?;
     print(&reproduction);
     Ok(status(reproduction.is_complete()))
+}
+
+fn compute_share(request: &Request, shard: Shard) -> anyhow::Result<ExitCode> {
+    let share = compute(request)?;
+    for line in share.counts().iter().chain(&share.failed()) {
+        println!("shard {shard}: {line}");
+    }
+    Ok(status(share.is_complete()))
 }
 
 fn status(is_good: bool) -> ExitCode {
@@ -146,6 +161,7 @@ fn nmse_regression(flags: &NmseRegression) -> anyhow::Result<ExitCode> {
         output: flags.output.clone(),
         selection: Selection::default(),
         multi_selection: MultiSelection::default(),
+        shard: Shard::WHOLE,
         n_threads: flags.threads,
         reuse: Reuse::Fits,
         command: typed_command(),

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::cell::{Cell, ModelKind};
+use crate::cell::Cell;
 use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::measure::measure;
@@ -138,17 +138,16 @@ fn compute(cells: &[Cell], store: &Store, n_reused: usize) -> Result<Computed<Ce
     let data_set = start.elapsed().as_secs_f64();
 
     let start = Instant::now();
-    let results = side_by_side(cells, &longest_first(cells), store, n_reused, |cell| {
+    let results = side_by_side(cells, store, n_reused, |cell| {
         measure(cell, &data, &splits[&(cell.seed.as_str(), cell.load)])
     });
     let cells = start.elapsed().as_secs_f64();
     Ok((results, Seconds { data_set, cells }))
 }
 
-/// Results in the order of `work`, started in the order of `order`; each is kept as soon as it is there.
+/// Results in the order of `work`, what takes longest started first; each is kept as soon as it is there.
 pub(crate) fn side_by_side<W: Work>(
     work: &[W],
-    order: &[usize],
     store: &Store,
     n_reused: usize,
     measure: impl Fn(&W) -> Result<W::Record, BenchError> + Sync,
@@ -159,28 +158,20 @@ pub(crate) fn side_by_side<W: Work>(
         progress.finished(one);
         record
     };
-    let mut results: Vec<(usize, Result<W::Record, BenchError>)> = order
-        .iter()
+    let mut results: Vec<(usize, Result<W::Record, BenchError>)> = longest_first(work)
+        .into_iter()
         .par_bridge() // one after another to whoever is free; halves would not keep the order
-        .map(|&i| (i, one(&work[i])))
+        .map(|i| (i, one(&work[i])))
         .collect();
     progress.end();
     results.sort_by_key(|(i, _)| *i);
     results.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Indices of the cells, those that take longest first, so that no thread is left alone with one at the end.
-fn longest_first(cells: &[Cell]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..cells.len()).collect();
-    // GP¬c takes longest: without the sgn terms its factor has no low rank.
-    let weight = |cell: &Cell| {
-        (
-            cell.model.is_gp(),
-            cell.n,
-            cell.model == ModelKind::GpSmooth,
-        )
-    };
-    order.sort_by_key(|&i| std::cmp::Reverse(weight(&cells[i])));
+/// Indices of the work, what takes longest first, so that no thread is left alone with a long piece at the end.
+pub(crate) fn longest_first<W: Work>(work: &[W]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..work.len()).collect();
+    order.sort_by(|&a, &b| work[b].cost().cmp(&work[a].cost()));
     order
 }
 

@@ -8,7 +8,7 @@ use atomic_write_file::AtomicWriteFile;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::cell::{Cell, CellRecord};
+use crate::cell::{Cell, CellRecord, ModelKind};
 use crate::digest::sha256_hex;
 use crate::error::BenchError;
 
@@ -27,6 +27,9 @@ pub trait Work: Ord + Clone + Debug + Display + Sync {
 
     /// Everything that the numbers of the result depend on.
     fn key(&self) -> String;
+
+    /// Key of an order in which what takes longer is greater.
+    fn cost(&self) -> impl Ord;
 }
 
 /// The result of a piece of work.
@@ -50,6 +53,12 @@ impl Work for Cell {
             self.model.name(),
             self.n
         )
+    }
+
+    fn cost(&self) -> impl Ord {
+        // GP¬c takes longest: without the sgn terms its factor has no low rank.
+        let is_smooth = self.model == ModelKind::GpSmooth;
+        (self.model.is_gp(), self.n, is_smooth)
     }
 }
 
@@ -128,7 +137,7 @@ pub fn write_atomically(path: &Path, contents: &[u8]) -> Result<(), BenchError> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cell::{FitSummary, ModelKind, StartSummary};
+    use crate::cell::{FitSummary, StartSummary};
 
     fn record() -> CellRecord {
         CellRecord {

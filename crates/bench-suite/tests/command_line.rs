@@ -1,6 +1,6 @@
 //! `bench-suite` as it is typed.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn bench_suite(arguments: &[&str], output: &Path) -> Output {
@@ -16,7 +16,7 @@ fn bench_suite(arguments: &[&str], output: &Path) -> Output {
 
 #[test]
 fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 9] = [
         (
             &["reproduce-paper", "--only", "fig70"],
             "unknown experiment \"fig70\"; known: fig02, table1, fig03",
@@ -44,6 +44,10 @@ fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
         (
             &["reproduce-paper", "--profile", "huge"],
             "[possible values: smoke, full]",
+        ),
+        (
+            &["reproduce-paper", "--shard", "9/8"],
+            "not I/N with whole numbers 1 <= I <= N",
         ),
         (&["reproduce"], "unrecognized subcommand"),
     ];
@@ -90,12 +94,7 @@ fn a_small_reproduction_writes_its_report_and_the_next_one_recomputes_nothing() 
     assert!(second.status.success());
     assert!(second.stderr.is_empty(), "nothing was to be computed");
 
-    let mut reports: Vec<_> = std::fs::read_dir(dir.path())
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.join("report.md").exists())
-        .collect();
-    reports.sort();
+    let reports = reports(dir.path());
     assert_eq!(reports.len(), 2);
     for name in [
         "table3.csv",
@@ -113,6 +112,50 @@ fn a_small_reproduction_writes_its_report_and_the_next_one_recomputes_nothing() 
         page.contains("cargo xtask reproduce-paper --only table3,fig07,fig08 --loads c4"),
         "{page}"
     );
+}
+
+#[test]
+fn shards_share_the_work_and_the_report_is_that_of_one_run() {
+    let (shared, alone) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let small = [
+        "reproduce-paper",
+        "--only",
+        "table3,fig07",
+        "--loads",
+        "c4,c9",
+    ];
+    let small = [
+        &small[..],
+        &["--joints", "1", "--sizes", "20", "--threads", "1"],
+    ]
+    .concat();
+    for shard in ["1/2", "2/2"] {
+        let output = bench_suite(&[&small[..], &["--shard", shard]].concat(), shared.path());
+        let stdout = String::from_utf8(output.stdout).unwrap();
+        assert!(output.status.success(), "{stdout}");
+        let expected = format!("shard {shard}: 4 cells were computed");
+        assert!(stdout.starts_with(&expected), "{stdout}");
+        assert!(
+            reports(shared.path()).is_empty(),
+            "a shard writes no report"
+        );
+    }
+    let last = bench_suite(&small, shared.path());
+    assert!(last.stderr.is_empty(), "nothing was to be computed");
+    bench_suite(&small, alone.path());
+    for name in ["table3.csv", "averages.csv", "cells.csv"] {
+        let read = |dir: &Path| std::fs::read(reports(dir)[0].join(name)).unwrap();
+        assert_eq!(read(shared.path()), read(alone.path()), "{name}");
+    }
+}
+
+/// Directories of reports, oldest first.
+fn reports(dir: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(dir).expect("the directory of results is there");
+    let paths = entries.map(|entry| entry.expect("it can be listed").path());
+    let mut reports: Vec<PathBuf> = paths.filter(|p| p.join("report.md").exists()).collect();
+    reports.sort();
+    reports
 }
 
 #[test]

@@ -9,6 +9,7 @@
 mod allocations;
 mod certified;
 mod curves;
+mod damaged_file;
 mod eq_04;
 mod eq_08;
 mod eq_09;

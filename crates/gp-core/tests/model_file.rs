@@ -2,13 +2,10 @@
 
 use gp_core::{FORMAT_VERSION, GpError, ModelFileError, TorqueModel, TrainingRanges};
 use proptest::prelude::*;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
+use crate::damaged_file::{every_truncation_is_named, flipped_bytes_are_refused};
 use crate::samples::uniform_inputs;
 use crate::torque_models::{N_JOINTS, all_kinds, linear, low_rank, names, provenance, ranges};
-
-const HEADER: usize = 52;
 
 #[test]
 fn a_loaded_model_is_the_model_and_predicts_bit_for_bit_the_same() {
@@ -56,35 +53,12 @@ fn the_four_kinds_have_the_names_of_the_chapter() {
 
 #[test]
 fn every_truncation_is_named_with_both_lengths() {
-    let bytes = all_kinds(12).to_bytes();
-    for found in 0..bytes.len() {
-        let error = TorqueModel::from_bytes(&bytes[..found]).unwrap_err();
-        let expected = if found < HEADER { HEADER } else { bytes.len() };
-        let named = ModelFileError::Truncated {
-            expected: expected as u64,
-            found: found as u64,
-        };
-        assert_eq!(error, named);
-    }
+    every_truncation_is_named(&all_kinds(12).to_bytes(), TorqueModel::from_bytes);
 }
 
 #[test]
 fn ten_thousand_flipped_bytes_are_all_refused() {
-    let mut bytes = all_kinds(12).to_bytes();
-    let mut rng = ChaCha8Rng::seed_from_u64(10);
-    for trial in 0..10_000 {
-        // Every fourth flip hits the header, which is a hundredth of the file.
-        let end = if trial % 4 == 0 { HEADER } else { bytes.len() };
-        let position = rng.random_range(0..end);
-        let flip: u8 = rng.random_range(1..=255);
-        bytes[position] ^= flip;
-        let error = TorqueModel::from_bytes(&bytes).unwrap_err();
-        bytes[position] ^= flip;
-        if position >= 20 {
-            assert_eq!(error, ModelFileError::Altered, "byte {position}");
-        }
-    }
-    assert!(TorqueModel::from_bytes(&bytes).is_ok());
+    flipped_bytes_are_refused(all_kinds(12).to_bytes(), 10_000, TorqueModel::from_bytes);
 }
 
 #[test]

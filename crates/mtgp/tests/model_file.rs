@@ -1,13 +1,10 @@
 //! Files of models of several contexts: what goes in comes out, and nothing else is taken for one.
 
-use gp_core::{ModelFileError, ModelFileKind, TorqueModel};
+use gp_core::{ModelFileKind, TorqueModel};
 use mtgp::MultiTaskModel;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
+use crate::damaged_file::{every_truncation_is_named, flipped_bytes_are_refused};
 use crate::multi_task_models::{CONTEXTS, inputs, model};
-
-const HEADER: usize = 52;
 
 #[test]
 fn a_loaded_model_is_the_model_and_predicts_bit_for_bit_the_same() {
@@ -44,35 +41,16 @@ fn a_loaded_model_is_the_model_and_predicts_bit_for_bit_the_same() {
 
 #[test]
 fn every_truncation_is_named_with_both_lengths() {
-    let bytes = model(12, false).to_bytes();
-    for found in 0..bytes.len() {
-        let error = MultiTaskModel::from_bytes(&bytes[..found]).unwrap_err();
-        let expected = if found < HEADER { HEADER } else { bytes.len() };
-        let named = ModelFileError::Truncated {
-            expected: expected as u64,
-            found: found as u64,
-        };
-        assert_eq!(error, named);
-    }
+    every_truncation_is_named(&model(12, false).to_bytes(), MultiTaskModel::from_bytes);
 }
 
 #[test]
 fn two_thousand_flipped_bytes_are_all_refused() {
-    let mut bytes = model(12, false).to_bytes();
-    let mut rng = ChaCha8Rng::seed_from_u64(11);
-    for trial in 0..2_000 {
-        // Every fourth flip hits the header.
-        let end = if trial % 4 == 0 { HEADER } else { bytes.len() };
-        let position = rng.random_range(0..end);
-        let flip: u8 = rng.random_range(1..=255);
-        bytes[position] ^= flip;
-        let error = MultiTaskModel::from_bytes(&bytes).unwrap_err();
-        bytes[position] ^= flip;
-        if position >= 20 {
-            assert_eq!(error, ModelFileError::Altered, "byte {position}");
-        }
-    }
-    assert!(MultiTaskModel::from_bytes(&bytes).is_ok());
+    flipped_bytes_are_refused(
+        model(12, false).to_bytes(),
+        2_000,
+        MultiTaskModel::from_bytes,
+    );
 }
 
 #[test]

@@ -45,15 +45,7 @@ fn compute(units: &[Unit], store: &Store, n_reused: usize) -> Result<Computed<Un
     let data_set = start.elapsed().as_secs_f64();
 
     let start = Instant::now();
-    let order = longest_first(units);
-    let results = side_by_side(units, &order, store, n_reused, |unit| measure(unit, &bench));
+    let results = side_by_side(units, store, n_reused, |unit| measure(unit, &bench));
     let cells = start.elapsed().as_secs_f64();
     Ok((results, Seconds { data_set, cells }))
-}
-
-/// Indices of the units, largest first, so that no thread is left alone with a long one at the end.
-fn longest_first(units: &[Unit]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..units.len()).collect();
-    order.sort_by_key(|&i| std::cmp::Reverse(units[i].n_total));
-    order
 }

@@ -61,6 +61,10 @@ impl Work for Unit {
             models.join(" ")
         )
     }
+
+    fn cost(&self) -> impl Ord {
+        self.n_total
+    }
 }
 
 /// nMSE of one context.

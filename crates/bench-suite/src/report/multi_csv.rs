@@ -1,7 +1,8 @@
 //! Units as CSV: one row a model, context and set; the curves; the seconds, which no two runs share.
 
 use super::curves::Curves;
-use crate::cell::{FitSummary, TestSet};
+use super::records_csv::{FIT_COLUMNS, fit_columns};
+use crate::cell::TestSet;
 use crate::multi::unit::{ModelRecord, UnitRecord};
 
 /// Scores of every context, the same text whatever the number of threads.
@@ -21,11 +22,10 @@ pub fn scores(records: &[UnitRecord]) -> String {
 
 /// What the fits reported, one row a fit: sGP has one a context.
 pub fn fits(records: &[UnitRecord]) -> String {
-    let header = "draw,joint,n,model,fit,log_marginal_likelihood,start,stop,iterations,evaluations,noise_std,method,rank,error_bound\n";
-    let mut text = String::from(header);
+    let mut text = format!("draw,joint,n,model,fit,{FIT_COLUMNS}\n");
     for (unit, model) in each_model(records) {
         for (i, fit) in model.fits.iter().enumerate() {
-            let line = format!("{unit},{},{}\n", i + 1, columns(fit));
+            let line = format!("{unit},{},{}\n", i + 1, fit_columns(fit));
             text.push_str(&line);
         }
     }
@@ -69,21 +69,6 @@ fn each_model(records: &[UnitRecord]) -> impl Iterator<Item = (String, &ModelRec
         let models = record.models.iter();
         models.map(move |model| (format!("{columns},{}", model.model), model))
     })
-}
-
-fn columns(fit: &FitSummary) -> String {
-    [
-        format!("{}", fit.log_marginal_likelihood),
-        fit.start.clone(),
-        fit.stop.clone(),
-        fit.iterations.to_string(),
-        fit.evaluations.to_string(),
-        format!("{:e}", fit.noise_std),
-        fit.method.clone(),
-        fit.rank.to_string(),
-        format!("{:e}", fit.error_bound),
-    ]
-    .join(",")
 }
 
 #[cfg(test)]

@@ -2,10 +2,13 @@
 
 use crate::cell::{CellRecord, FitSummary, TestSet};
 
+/// Names of the columns of a fit.
+pub(super) const FIT_COLUMNS: &str =
+    "log_marginal_likelihood,start,stop,iterations,evaluations,noise_std,method,rank,error_bound";
+
 /// Results, the same text for the same cells whatever the machine's load or number of threads.
 pub fn cells(records: &[CellRecord]) -> String {
-    let header = "joint,load,model,n,set,nmse,log_marginal_likelihood,start,stop,iterations,evaluations,noise_std,method,rank,error_bound\n";
-    let mut text = String::from(header);
+    let mut text = format!("joint,load,model,n,set,nmse,{FIT_COLUMNS}\n");
     for record in in_table_order(records) {
         let fit = record.fit.as_ref().map_or_else(no_fit, fit_columns);
         for set in TestSet::ALL {
@@ -39,7 +42,8 @@ fn cell_columns(record: &CellRecord) -> String {
     )
 }
 
-fn fit_columns(fit: &FitSummary) -> String {
+/// What a fit reported, under [`FIT_COLUMNS`].
+pub(super) fn fit_columns(fit: &FitSummary) -> String {
     [
         format!("{}", fit.log_marginal_likelihood),
         fit.start.clone(),

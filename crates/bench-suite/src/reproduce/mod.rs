@@ -3,11 +3,13 @@
 mod files;
 mod many_contexts;
 mod one_context;
+mod share;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 pub use many_contexts::ManyContexts;
+pub use share::{Share, compute};
 
 use self::files::Files;
 use crate::catalogue::Catalogue;
@@ -24,6 +26,7 @@ use crate::report::averages::Averages;
 use crate::report::markdown::Page;
 use crate::report::text_table::TextTable;
 use crate::run::{Reuse, RunOutcome, run};
+use crate::shard::Shard;
 use crate::spec::{Experiment, Profile, Scope, Selection};
 use crate::store::{MANY_MEASURED_BY, MEASURED_BY, Store, Work};
 
@@ -40,6 +43,8 @@ pub struct Request {
     pub selection: Selection,
     /// Joints, sizes and repeats of the experiments with many contexts.
     pub multi_selection: MultiSelection,
+    /// Part of the work that this run computes.
+    pub shard: Shard,
     /// Threads, 0 for one a core.
     pub n_threads: usize,
     /// What may be taken from earlier runs.
@@ -193,7 +198,13 @@ fn run_one(
         .flat_map(|(experiment, scope)| experiment.cells(scope))
         .collect();
     let store = Store::open(request.output.join("cells").join(MEASURED_BY))?;
-    run(&cells, &store, request.reuse, request.n_threads).map(Some)
+    run(
+        &request.shard.of(cells),
+        &store,
+        request.reuse,
+        request.n_threads,
+    )
+    .map(Some)
 }
 
 fn run_many(
@@ -209,6 +220,7 @@ fn run_many(
         .flat_map(|(experiment, scope)| experiment.units(scope, n_repeats))
         .collect();
     let store = Store::open(request.output.join("units").join(MANY_MEASURED_BY))?;
+    let units = request.shard.of(units);
     multi::run::run(&units, &store, request.reuse, request.n_threads).map(Some)
 }
 

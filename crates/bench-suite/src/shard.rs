@@ -1,0 +1,142 @@
+//! One of several equal parts of the work, so that machines that share a directory of results share the work too.
+
+use std::collections::BTreeSet;
+use std::fmt;
+use std::str::FromStr;
+
+use crate::run::longest_first;
+use crate::store::Work;
+
+/// Largest number of parts.
+const MAX_COUNT: usize = 100_000;
+
+/// Part `index` of `count`, both from 1.
+///
+/// Which work belongs to a part depends on the whole work alone, never on what is finished already:
+/// parts computed at different times, or again, leave nothing out and do nothing twice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    index: usize,
+    count: usize,
+}
+
+impl Shard {
+    /// The only part of one.
+    pub const WHOLE: Self = Self { index: 1, count: 1 };
+
+    /// This part of the work.
+    ///
+    /// All work is dealt like cards, what takes longest first and every other round backwards:
+    /// the parts' sizes differ by one at most, and none of them gets the longer piece of every round.
+    pub fn of<W: Work>(self, work: BTreeSet<W>) -> BTreeSet<W> {
+        let all: Vec<W> = work.into_iter().collect();
+        let order = longest_first(&all).into_iter().enumerate();
+        let mine = order.filter(|(place, _)| self.owner(*place) == self.index);
+        mine.map(|(_, i)| all[i].clone()).collect()
+    }
+
+    /// Part, from 1, that the piece at a place of the dealt order goes to.
+    fn owner(self, place: usize) -> usize {
+        let (round, k) = (place / self.count, place % self.count);
+        if round.is_multiple_of(2) {
+            k + 1
+        } else {
+            self.count - k
+        }
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text
+            .split_once('/')
+            .and_then(|(index, count)| Some((index.parse().ok()?, count.parse().ok()?)));
+        match numbers {
+            Some((index, count)) if (1..=count).contains(&index) && count <= MAX_COUNT => {
+                Ok(Self { index, count })
+            }
+            _ => Err(format!(
+                "not I/N with whole numbers 1 <= I <= N <= {MAX_COUNT}"
+            )),
+        }
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.index, self.count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cell::{Cell, ModelKind};
+
+    fn cells(n_loads: usize) -> BTreeSet<Cell> {
+        let mut cells = BTreeSet::new();
+        for load in 1..=n_loads {
+            for model in ModelKind::ALL {
+                cells.extend([20, 4000].map(|n| Cell {
+                    seed: "s".into(),
+                    load,
+                    joint: 1,
+                    model,
+                    n,
+                }));
+            }
+        }
+        cells
+    }
+
+    fn parts(count: usize, work: &BTreeSet<Cell>) -> Vec<BTreeSet<Cell>> {
+        (1..=count)
+            .map(|index| Shard { index, count }.of(work.clone()))
+            .collect()
+    }
+
+    #[test]
+    fn parts_are_disjoint_and_make_up_the_whole() {
+        let work = cells(5);
+        for count in [1, 2, 3, 7, 40, 41] {
+            let parts = parts(count, &work);
+            let n: usize = parts.iter().map(BTreeSet::len).sum();
+            assert_eq!(n, work.len(), "{count} parts");
+            let union: BTreeSet<Cell> = parts.into_iter().flatten().collect();
+            assert_eq!(union, work, "{count} parts");
+        }
+        assert_eq!(Shard::WHOLE.of(work.clone()), work);
+    }
+
+    #[test]
+    fn long_pieces_are_spread_evenly() {
+        let work = cells(6);
+        let is_long = |cell: &&Cell| cell.model == ModelKind::GpSmooth && cell.n == 4000;
+        for part in parts(3, &work) {
+            assert_eq!(part.len(), 16);
+            assert_eq!(part.iter().filter(is_long).count(), 2);
+        }
+    }
+
+    #[test]
+    fn every_other_round_is_dealt_backwards() {
+        let shard = Shard { index: 1, count: 3 };
+        let owners: Vec<usize> = (0..9).map(|place| shard.owner(place)).collect();
+        assert_eq!(owners, [1, 2, 3, 3, 2, 1, 1, 2, 3]);
+    }
+
+    #[test]
+    fn shards_are_read_as_they_are_shown_and_others_are_refused() {
+        let shard: Shard = "3/8".parse().unwrap();
+        assert_eq!(shard, Shard { index: 3, count: 8 });
+        assert_eq!(shard.to_string(), "3/8");
+        for text in [
+            "0/8", "9/8", "3", "3/", "/8", "-1/8", "1/0", "a/b", "1/100001", "1/2/3",
+        ] {
+            let refused = text.parse::<Shard>().unwrap_err();
+            assert!(refused.starts_with("not I/N"), "{text}: {refused}");
+        }
+    }
+}
