@@ -41,9 +41,11 @@ fn main() -> ExitCode {
 fn complain(error: &anyhow::Error) -> ExitCode {
     eprintln!("error: {error:#}");
     match error.downcast_ref() {
-        Some(BenchError::UnknownName { .. } | BenchError::Experiment { .. }) => {
-            ExitCode::from(BAD_REQUEST)
-        }
+        Some(
+            BenchError::UnknownName { .. }
+            | BenchError::Experiment { .. }
+            | BenchError::UnusedFlag { .. },
+        ) => ExitCode::from(BAD_REQUEST),
         _ => ExitCode::FAILURE,
     }
 }
@@ -65,6 +67,7 @@ fn reproduce_paper(flags: ReproducePaper) -> anyhow::Result<ExitCode> {
         },
         n_threads: flags.threads,
         reuse: flags.reuse,
+        seed: flags.seed,
         command: typed_command(),
     })?;
     print(&reproduction);
@@ -88,7 +91,9 @@ fn print(reproduction: &Reproduction) {
         print_many(many);
     }
     let directory = reproduction.directory.display();
-    println!("Report, figures and CSV files: {directory}/report.md");
+    println!(
+        "Report: {directory}/report.html, as Markdown report.md; figures and CSV files beside it"
+    );
 }
 
 fn print_one(one: &OneContext) {
@@ -128,8 +133,9 @@ fn print_findings(findings: &Findings) {
 }
 
 fn print_seconds<W: Work>(title: &str, table: &str, outcome: &RunOutcome<W>) {
-    if outcome.n_missing > 0 {
-        println!("{} of them are not computed yet.", outcome.n_missing);
+    if let Some(first) = outcome.missing.first() {
+        let n = outcome.missing.len();
+        println!("Not computed yet: {n}, the first of them {first}.\n");
     }
     println!("{title}:\n{table}");
     let seconds = &outcome.seconds;
@@ -148,6 +154,7 @@ fn nmse_regression(flags: &NmseRegression) -> anyhow::Result<ExitCode> {
         multi_selection: MultiSelection::default(),
         n_threads: flags.threads,
         reuse: Reuse::Fits,
+        seed: None,
         command: typed_command(),
     })?;
     let path = root().join("fixtures/bench-suite/expected_nmse.csv");

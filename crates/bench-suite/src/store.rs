@@ -27,6 +27,12 @@ pub trait Work: Ord + Clone + Debug + Display + Sync {
 
     /// Everything that the numbers of the result depend on.
     fn key(&self) -> String;
+
+    /// Name of the file that keeps its result.
+    fn file_name(&self) -> String {
+        let hash = sha256_hex(self.key().as_bytes());
+        format!("{}.toml", &hash[..32])
+    }
 }
 
 /// The result of a piece of work.
@@ -107,8 +113,7 @@ impl Store {
     }
 
     fn path<W: Work>(&self, work: &W) -> PathBuf {
-        let hash = sha256_hex(work.key().as_bytes());
-        self.dir.join(format!("{}.toml", &hash[..32]))
+        self.dir.join(work.file_name())
     }
 }
 

@@ -46,7 +46,7 @@ fn compute(units: &[Unit], store: &Store, n_reused: usize) -> Result<Computed<Un
 
     let start = Instant::now();
     let order = longest_first(units);
-    let results = side_by_side(units, &order, store, n_reused, |unit| measure(unit, &bench));
+    let results = side_by_side(units, &order, store, n_reused, |unit| measure(unit, &bench))?;
     let cells = start.elapsed().as_secs_f64();
     Ok((results, Seconds { data_set, cells }))
 }

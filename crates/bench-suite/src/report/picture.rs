@@ -10,7 +10,7 @@ use crate::error::BenchError;
 const PNG_SCALE: f32 = 2.0;
 
 /// The letters of the pictures, inside every SVG file: no font of the system is needed.
-const FONTS: &str = include_str!("../../fonts/dejavu.css");
+pub(super) const FONTS: &str = include_str!("../../fonts/dejavu.css");
 
 /// Colour of text and outlines.
 pub const INK: &str = "#1f2933";
@@ -114,7 +114,7 @@ impl Picture {
     pub fn to_svg(&self) -> String {
         let svg = SvgBackend::default().render_scene(&self.scene);
         // The first `>` ends the opening tag.
-        svg.replacen('>', &format!(">\n<style>\n{FONTS}</style>"), 1)
+        svg.replacen('>', &format!(">{}", font_style()), 1)
     }
 
     /// The picture as a PNG file's bytes.
@@ -209,6 +209,16 @@ impl Picture {
     pub fn end_group(&mut self) {
         self.scene.add(Primitive::GroupEnd);
     }
+}
+
+/// What makes an SVG file independent of the system's fonts.
+fn font_style() -> String {
+    format!("\n<style>\n{FONTS}</style>")
+}
+
+/// The text of [`Picture::to_svg`] for a page that has the fonts itself.
+pub(super) fn without_fonts(svg: &str) -> String {
+    svg.replacen(&font_style(), "", 1)
 }
 
 #[cfg(test)]
