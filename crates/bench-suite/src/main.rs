@@ -39,8 +39,11 @@ fn main() -> ExitCode {
 
 #[expect(clippy::print_stderr, reason = "the one place where an error is shown")]
 fn complain(error: &anyhow::Error) -> ExitCode {
-    eprintln!("error: {error:#}");
-    match error.downcast_ref() {
+    let known = error.downcast_ref::<BenchError>();
+    // Its own messages say everything; `{:#}` would say the cause once more.
+    let message = known.map_or_else(|| format!("{error:#}"), ToString::to_string);
+    eprintln!("error: {message}");
+    match known {
         Some(
             BenchError::UnknownName { .. }
             | BenchError::Experiment { .. }

@@ -35,7 +35,7 @@ pub(super) fn list(items: &[String]) -> String {
 
 /// The sentence that says where the rows are.
 pub(super) fn rows(file: &str, key: &str) -> String {
-    format!("Rows: [`{file}`]({file}), found by {key}.")
+    format!("Rows: [`{file}`]({file}), columns {key}.")
 }
 
 #[cfg(test)]
@@ -50,7 +50,7 @@ mod tests {
         page.list(&["a.".into(), "b.".into()], "None.");
         page.picture("c", "fig.png");
         page.rows("a.csv", "joint, n");
-        let expected = "# T\n\n## P\n\n### S\n\n- a.\n- b.\n\n![c](fig.png)\n\nRows: [`a.csv`](a.csv), found by joint, n.\n";
+        let expected = "# T\n\n## P\n\n### S\n\n- a.\n- b.\n\n![c](fig.png)\n\nRows: [`a.csv`](a.csv), columns joint, n.\n";
         assert_eq!(write(&page), expected);
     }
 }

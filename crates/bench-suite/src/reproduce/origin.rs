@@ -33,12 +33,16 @@ pub(super) fn part(page: &mut Page, manifest: &Manifest, work: &[Vec<String>]) {
 
 fn facts(manifest: &Manifest) -> TextTable {
     let threads = manifest.n_threads.to_string();
+    let seeds = match manifest.seeds.join(", ") {
+        none if none.is_empty() => "none: nothing was drawn at random".to_string(),
+        seeds => seeds,
+    };
     let rows = [
         ("revision", manifest.revision.as_str()),
         ("started", &manifest.started),
         ("processor", &manifest.cpu),
         ("threads", &threads),
-        ("seeds", &manifest.seeds.join(", ")),
+        ("seeds", &seeds),
         ("sources of the cells", &manifest.measured_by),
         ("sources of the units", &manifest.many_measured_by),
         ("SHA-256 of Cargo.lock", &manifest.lock_file_sha256),
