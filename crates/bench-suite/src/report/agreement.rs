@@ -39,13 +39,23 @@ impl Agreement {
         self != Self::Same
     }
 
-    /// Words for a legend.
-    pub fn label(self) -> &'static str {
+    /// Where it lies.
+    pub fn range(self) -> &'static str {
         match self {
-            Self::Lower => "below 0.7: ours is more accurate",
-            Self::Same => "0.7 to 1.5: agreement, as far as one published figure goes",
-            Self::Higher => "1.5 to 3: the published value is more accurate",
-            Self::FarHigher => "above 3: the published value is far more accurate",
+            Self::Lower => "below 0.7",
+            Self::Same => "from 0.7 to 1.5",
+            Self::Higher => "from 1.5 to 3",
+            Self::FarHigher => "above 3",
+        }
+    }
+
+    /// What it says.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Lower => "ours is more accurate",
+            Self::Same => "the same, as far as one published figure goes",
+            Self::Higher => "the published value is more accurate",
+            Self::FarHigher => "the published value is far more accurate",
         }
     }
 }

@@ -191,13 +191,13 @@ pub fn table3_claim(averages: &Averages, published: &Table) -> Finding {
         .filter_map(|(key, theirs)| Some(Agreement::of(averages.mean(key)? / theirs)))
         .collect();
     let count = |place| places.iter().filter(|p| **p == place).count();
-    let counts = Agreement::ALL.map(|place| format!("{} {}", count(place), place.label()));
+    let counts = Agreement::ALL.map(|place| format!("{} {}", count(place), place.range()));
     Finding::new(
         format!("{} averages with one significant figure", published.len()),
         format!(
             "{} of them computed; ratios: {}",
             places.len(),
-            counts.join("; ")
+            counts.join(", ")
         ),
     )
 }

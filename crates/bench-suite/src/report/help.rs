@@ -11,12 +11,14 @@ pub const TITLE: &str = "Fits that needed help";
 
 /// How the columns are read.
 pub const EXPLANATION: &str = "\
-Counted are fits, each under every kind of help that it had.
-*other start*: the highest likelihood was reached from another start than the chapter's, which are eq. (22), and pGP or iGP for an mGP.
-*restarted*: a line search failed and the search set out again along the gradient.
-*σ on bound*: the noise ended at the chapter's least, σ² = 10⁻⁴; *other bound*: another hyperparameter ended on a bound.
-*limit*: the search that won stopped at its limit of evaluations or work, not at a maximum.
-*undefined start*: a start where the likelihood cannot be computed was given up.";
+Counted are fits, each under every kind of help that it had:
+
+- *other start*: the highest likelihood was reached from another start than the chapter's, which are eq. (22), and pGP or iGP for an mGP.
+- *restarted*: in one of its searches a line search failed, and the search set out again along the gradient.
+- *σ on bound*: the noise ended at the chapter's least, σ² = 10⁻⁴.
+- *other bound*: another hyperparameter ended on a bound.
+- *limit*: the search that won stopped at its limit of evaluations or work, not at a maximum.
+- *undefined start*: a start where the likelihood cannot be computed was given up.";
 
 /// Starts that are the chapter's: eq. (22), and the models that stage 3 of A.3 goes on from.
 const CHAPTERS: [&str; 3] = ["eq22", "pGP", "iGP"];

@@ -1,5 +1,7 @@
 //! The report as one HTML file: pictures, fonts and style inside, no script, nothing to load.
 
+use std::collections::BTreeMap;
+
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use pulldown_cmark::{Event, Options, Parser};
 
@@ -15,8 +17,9 @@ const STYLE: &str = include_str!("html.css");
 
 /// The page as text; `svg` finds the text of a picture's SVG file by its name.
 pub fn write<'a>(page: &Page, svg: impl Fn(&str) -> Option<&'a str>) -> String {
-    let blocks = page.blocks().iter().enumerate();
-    let blocks = blocks.map(|(i, block)| of_block(i, block, &svg));
+    let anchors = anchors(page.blocks());
+    let blocks = page.blocks().iter().zip(&anchors);
+    let blocks = blocks.map(|(block, anchor)| of_block(anchor, block, &svg));
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -30,7 +33,7 @@ pub fn write<'a>(page: &Page, svg: impl Fn(&str) -> Option<&'a str>) -> String {
             body {
                 main {
                     h1 { (page.title()) }
-                    (contents(page))
+                    (contents(page.blocks(), &anchors))
                     @for block in blocks { (block) }
                 }
             }
@@ -40,12 +43,13 @@ pub fn write<'a>(page: &Page, svg: impl Fn(&str) -> Option<&'a str>) -> String {
 }
 
 /// The parts and, below each, its sections, as links.
-fn contents(page: &Page) -> Markup {
-    let mut parts: Vec<(usize, &str, Vec<(usize, &str)>)> = Vec::new();
-    for (i, block) in page.blocks().iter().enumerate() {
+fn contents(blocks: &[Block], anchors: &[String]) -> Markup {
+    let mut parts: Vec<(Markup, Vec<Markup>)> = Vec::new();
+    for (block, anchor) in blocks.iter().zip(anchors) {
+        let link = |title: &str| html! { a href=(format!("#{anchor}")) { (title) } };
         match (block, parts.last_mut()) {
-            (Block::Part(title), _) => parts.push((i, title, Vec::new())),
-            (Block::Section(title), Some(part)) => part.2.push((i, title)),
+            (Block::Part(title), _) => parts.push((link(title), Vec::new())),
+            (Block::Section(title), Some((_, sections))) => sections.push(link(title)),
             _ => {}
         }
     }
@@ -53,15 +57,11 @@ fn contents(page: &Page) -> Markup {
         nav {
             h2 { "Contents" }
             ol {
-                @for (i, title, sections) in parts {
+                @for (part, sections) in parts {
                     li {
-                        a href=(format!("#{}", anchor(i))) { (title) }
+                        (part)
                         @if !sections.is_empty() {
-                            ul {
-                                @for (i, title) in sections {
-                                    li { a href=(format!("#{}", anchor(i))) { (title) } }
-                                }
-                            }
+                            ul { @for section in sections { li { (section) } } }
                         }
                     }
                 }
@@ -70,20 +70,38 @@ fn contents(page: &Page) -> Markup {
     }
 }
 
-/// Name of the heading that is block `i`.
-fn anchor(i: usize) -> String {
-    format!("block-{i}")
+/// Names of the headings, from their words; those that come again get a number. Other blocks have none.
+fn anchors(blocks: &[Block]) -> Vec<String> {
+    let mut uses: BTreeMap<String, usize> = BTreeMap::new();
+    let anchor = |block: &Block| {
+        let (Block::Part(title) | Block::Section(title)) = block else {
+            return String::new();
+        };
+        let lower = title.to_lowercase();
+        let words = lower.split(|c: char| !c.is_alphanumeric());
+        let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+        let name = words.join("-");
+        let n_uses = uses.entry(name.clone()).or_default();
+        *n_uses += 1;
+        match *n_uses {
+            1 => name,
+            n => format!("{name}-{n}"),
+        }
+    };
+    blocks.iter().map(anchor).collect()
 }
 
-fn of_block<'a>(i: usize, block: &Block, svg: &impl Fn(&str) -> Option<&'a str>) -> Markup {
+fn of_block<'a>(anchor: &str, block: &Block, svg: &impl Fn(&str) -> Option<&'a str>) -> Markup {
     match block {
-        Block::Part(title) => html! { h2 id=(anchor(i)) { (title) } },
-        Block::Section(title) => html! { h3 id=(anchor(i)) { (title) } },
+        Block::Part(title) => html! { h2 id=(anchor) { (title) } },
+        Block::Section(title) => html! { h3 id=(anchor) { (title) } },
         Block::Prose(text) => rendered(text),
         Block::List(items) => rendered(&markdown::list(items)),
-        Block::Table(table) => of_table(table, "", |_, _| None),
+        Block::Table(table) => of_table(table, None, |_, _| None),
         Block::Compared(table) => compared(table),
-        Block::Claims(claims) => of_table(&finding::side_by_side(claims), "claims", |_, _| None),
+        Block::Claims(claims) => {
+            of_table(&finding::side_by_side(claims), Some("claims"), |_, _| None)
+        }
         Block::Picture { caption, png } => picture(caption, png, svg),
         Block::Command(command) => html! { pre { code { (command) } } },
         Block::Rows { file, key } => {
@@ -108,21 +126,24 @@ fn rendered(text: &str) -> Markup {
 /// A table; `class` gives an entry of a column a class of its own.
 fn of_table(
     table: &TextTable,
-    table_class: &str,
+    table_class: Option<&str>,
     class: impl Fn(usize, &str) -> Option<&'static str>,
 ) -> Markup {
-    let alignment = |column| if column < table.n_left { "" } else { "number" };
-    let classes = |column, entry: &str| match class(column, entry) {
-        Some(own) => format!("{} {own}", alignment(column)),
-        None => alignment(column).to_string(),
+    let alignment = |column| (column >= table.n_left).then_some("number");
+    let classes = |column, entry: &str| {
+        // A browser would break 2.6e-2 after its minus sign.
+        let unbroken = (!entry.contains(' ')).then_some("word");
+        let all = [alignment(column), unbroken, class(column, entry)];
+        let all: Vec<&str> = all.into_iter().flatten().collect();
+        (!all.is_empty()).then(|| all.join(" "))
     };
     html! {
         div class="scroll" {
-            table class=(table_class) {
+            table class=[table_class] {
                 thead {
                     tr {
                         @for (column, title) in table.header.iter().enumerate() {
-                            th class=(alignment(column)) { (title) }
+                            th class=[alignment(column)] { (title) }
                         }
                     }
                 }
@@ -130,7 +151,7 @@ fn of_table(
                     @for row in &table.rows {
                         tr {
                             @for (column, entry) in row.iter().enumerate() {
-                                td class=(classes(column, entry)) { (entry) }
+                                td class=[classes(column, entry)] { (entry) }
                             }
                         }
                     }
@@ -151,11 +172,11 @@ fn compared(table: &TextTable) -> Markup {
         Some(class_of(Agreement::of(ratio)))
     };
     html! {
-        (of_table(table, "", of_ratio))
+        (of_table(table, None, of_ratio))
         p class="legend" {
             "ratio = ours / published. "
             @for agreement in Agreement::ALL {
-                span class=(class_of(agreement)) { (agreement.label()) }
+                span class=(class_of(agreement)) { (agreement.range()) ": " (agreement.meaning()) }
             }
         }
     }
@@ -233,9 +254,9 @@ mod tests {
             n_left: 1,
         });
         let text = write(&page, |_| None);
-        assert_eq!(text.matches("class=\"number lower\"").count(), 1, "{text}");
-        assert_eq!(text.matches("class=\"number far-higher\"").count(), 1);
-        assert!(text.contains("<td class=\"number\">–</td>"), "{text}");
+        assert_eq!(text.matches("class=\"number word lower\"").count(), 1, "{text}");
+        assert_eq!(text.matches("class=\"number word far-higher\"").count(), 1);
+        assert!(text.contains("<td class=\"number word\">–</td>"), "{text}");
     }
 
     #[test]
@@ -260,12 +281,14 @@ mod tests {
     #[test]
     fn the_contents_link_to_every_heading() {
         let mut page = Page::titled("T");
-        page.part("P");
-        page.section("S");
+        page.part("Section 3.4: LR¬c");
+        page.section("Fits");
+        page.section("Fits");
         let text = write(&page, |_| None);
-        for i in [0, 1] {
-            assert!(text.contains(&format!("href=\"#block-{i}\"")), "{text}");
-            assert!(text.contains(&format!("id=\"block-{i}\"")), "{text}");
+        for name in ["section-3-4-lr-c", "fits", "fits-2"] {
+            for use_of in [format!("href=\"#{name}\""), format!("id=\"{name}\"")] {
+                assert_eq!(text.matches(&use_of).count(), 1, "{use_of}: {text}");
+            }
         }
     }
 }
