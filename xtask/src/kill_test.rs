@@ -109,7 +109,8 @@ fn tables(output: &Path) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned();
-        if name.ends_with(".csv") && !name.ends_with("seconds.csv") {
+        let is_table = path.extension().is_some_and(|e| e == "csv");
+        if is_table && !name.ends_with("seconds.csv") {
             tables.insert(name, std::fs::read(&path)?);
         }
     }

@@ -16,7 +16,7 @@ fn bench_suite(arguments: &[&str], output: &Path) -> Output {
 
 #[test]
 fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
-    let cases: [(&[&str], &str); 14] = [
+    assert_refused(&[
         (
             &["reproduce-paper", "--only", "fig70"],
             "unknown experiment \"fig70\"; known: fig02, table1, fig03",
@@ -46,18 +46,6 @@ fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
             "[possible values: smoke, full]",
         ),
         (
-            &["reproduce-paper", "--only", "fig10", "--sizes", "20"],
-            "--sizes would change nothing: it concerns table3, fig07, fig08, and none of these is chosen",
-        ),
-        (
-            &["reproduce-paper", "--only", "table3", "--repeats", "2"],
-            "--repeats would change nothing: it concerns fig10, fig11,",
-        ),
-        (
-            &["reproduce-paper", "--only", "fig02,table1", "--seed", "7"],
-            "--seed would change nothing: it concerns table3, fig07, fig08, fig10, fig11,",
-        ),
-        (
             &["reproduce-paper", "--seed", "a b"],
             "not letters, digits, `-`, `_` and `.`",
         ),
@@ -70,11 +58,33 @@ fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
             "[possible values: results, fits, scratch]",
         ),
         (&["reproduce"], "unrecognized subcommand"),
-    ];
-    let dir = tempfile::tempdir().unwrap();
+    ]);
+}
+
+#[test]
+fn flags_that_would_change_nothing_are_refused_too() {
+    assert_refused(&[
+        (
+            &["reproduce-paper", "--only", "fig10", "--sizes", "20"],
+            "--sizes would change nothing: it concerns table3, fig07, fig08, and none of these is chosen",
+        ),
+        (
+            &["reproduce-paper", "--only", "table3", "--repeats", "2"],
+            "--repeats would change nothing: it concerns fig10, fig11,",
+        ),
+        (
+            &["reproduce-paper", "--only", "fig02,table1", "--seed", "7"],
+            "--seed would change nothing: it concerns table3, fig07, fig08, fig10, fig11,",
+        ),
+    ]);
+}
+
+/// Runs each request, which ends with status 2, a message and no file.
+fn assert_refused(cases: &[(&[&str], &str)]) {
+    let dir = tempfile::tempdir().expect("a temporary directory");
     for (arguments, message) in cases {
         let output = bench_suite(arguments, &dir.path().join("results"));
-        let stderr = String::from_utf8(output.stderr).unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
         assert!(stderr.contains(message), "{arguments:?}: {stderr}");
         assert!(!dir.path().join("results").exists(), "{arguments:?}");
@@ -132,47 +142,6 @@ fn a_small_reproduction_writes_its_report_and_the_next_one_recomputes_nothing() 
         assert!(!read(&reports[0]).is_empty());
         assert_eq!(read(&reports[0]), read(&reports[1]), "{name}");
     }
-    for name in ["report.md", "report.html"] {
-        let page = std::fs::read_to_string(reports[0].join(name)).unwrap();
-        for part in [
-            "cargo xtask reproduce-paper --only table3,fig07,fig08 --loads c4",
-            "from best to worst: GPc, LRc, GP¬c, LR¬c",
-            "Where this implementation departs from the chapter",
-            "table3.csv",
-        ] {
-            assert!(page.contains(part), "{name}, {part}: {page}");
-        }
-    }
-    let page = std::fs::read_to_string(reports[0].join("report.html")).unwrap();
-    assert_eq!(page.matches("<svg ").count(), 2);
-    for way in ["<script", "src=\"", "@import"] {
-        assert!(!page.contains(way), "{way}");
-    }
-    assert_sources_exist(&reports[0]);
-}
-
-/// Every file and every column that the report names as the place of its rows is there.
-fn assert_sources_exist(report: &Path) {
-    let page = std::fs::read_to_string(report.join("report.md")).unwrap();
-    let lines = page
-        .lines()
-        .filter_map(|line| line.strip_prefix("Rows: [`"));
-    let mut n_sources = 0;
-    for line in lines {
-        let (file, rest) = line.split_once('`').unwrap();
-        let key = rest
-            .split_once(", columns ")
-            .unwrap()
-            .1
-            .trim_end_matches('.');
-        let text = std::fs::read_to_string(report.join(file)).unwrap();
-        let columns: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-        for column in key.split(", ") {
-            assert!(columns.contains(&column), "{file}: {column}");
-        }
-        n_sources += 1;
-    }
-    assert!(n_sources > 5, "{n_sources}");
 }
 
 #[test]

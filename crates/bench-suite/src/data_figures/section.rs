@@ -1,5 +1,7 @@
 //! What a figure or table about the data contributes to the report: files, a picture, a table, and claims beside findings.
 
+use std::path::Path;
+
 use crate::error::BenchError;
 pub use crate::report::finding::Finding;
 use crate::report::picture::Picture;
@@ -41,7 +43,8 @@ impl Section {
             let header = contents.split(|byte| *byte == b'\n').next();
             String::from_utf8_lossy(header.unwrap_or_default()).replace(',', ", ")
         };
-        let files = self.files.iter().filter(|(name, _)| name.ends_with(".csv"));
+        let is_csv = |name: &str| Path::new(name).extension().is_some_and(|e| e == "csv");
+        let files = self.files.iter().filter(move |(name, _)| is_csv(name));
         files.map(move |(name, contents)| (name.as_str(), columns(contents)))
     }
 

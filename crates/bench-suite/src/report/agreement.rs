@@ -62,12 +62,11 @@ impl Agreement {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::Agreement::{self, FarHigher, Higher, Lower, Same};
 
     #[test]
     fn the_limits_belong_to_agreement() {
         let of = [0.69, 0.7, 1.5, 1.51, 3.0, 3.01, f64::NAN].map(Agreement::of);
-        use Agreement::{FarHigher, Higher, Lower, Same};
         let expected = [Lower, Same, Same, Higher, Higher, FarHigher, FarHigher];
         assert_eq!(of, expected);
     }

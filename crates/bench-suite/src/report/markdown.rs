@@ -30,7 +30,8 @@ fn of_block(block: &Block) -> String {
 
 /// Items as a Markdown list.
 pub(super) fn list(items: &[String]) -> String {
-    items.iter().map(|item| format!("- {item}\n")).collect()
+    let lines: Vec<String> = items.iter().map(|item| format!("- {item}\n")).collect();
+    lines.concat()
 }
 
 /// The sentence that says where the rows are.

@@ -113,6 +113,13 @@ impl Picture {
     /// The picture as SVG text, with its fonts.
     pub fn to_svg(&self) -> String {
         let svg = SvgBackend::default().render_scene(&self.scene);
+        // With a view box the picture shrinks with its page instead of being cut off.
+        let (width, height) = (self.scene.width, self.scene.height);
+        let svg = svg.replacen(
+            "<svg ",
+            &format!("<svg viewBox=\"0 0 {width} {height}\" "),
+            1,
+        );
         // The first `>` ends the opening tag.
         svg.replacen('>', &format!(">{}", font_style()), 1)
     }
@@ -239,7 +246,7 @@ mod tests {
         assert_eq!(picture.to_png().unwrap()[..4], [0x89, b'P', b'N', b'G']);
         let svg = picture.to_svg();
         assert!(svg.starts_with("<svg ") && svg.matches("<style>").count() == 1);
-        for part in ["#123456", "4 2", "rotate(-90"] {
+        for part in ["viewBox=\"0 0 100 60\"", "#123456", "4 2", "rotate(-90"] {
             assert!(svg.contains(part), "{part}: {svg}");
         }
     }

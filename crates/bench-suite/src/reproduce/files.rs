@@ -10,7 +10,7 @@ use crate::store::write_atomically;
 /// Ending of the name of a directory that is not complete.
 const PARTIAL: &str = ".partial";
 /// Age from which an incomplete directory is nobody's any more: writing one takes seconds.
-const ABANDONED: Duration = Duration::from_secs(3600);
+const ABANDONED: Duration = Duration::from_hours(1);
 
 /// Files of a report, kept in memory until all of them exist.
 #[derive(Default)]
