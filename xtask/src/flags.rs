@@ -28,6 +28,15 @@ pub enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
+    /// Kill a run of reproduce-paper at many moments and compare its files with those of an undisturbed one
+    KillTest {
+        /// Number of kills
+        #[arg(long, default_value_t = 20, value_name = "N")]
+        kills: usize,
+        /// Passed on to `bench-suite reproduce-paper`, after `--`
+        #[arg(last = true)]
+        arguments: Vec<String>,
+    },
     /// Check the text of the repository
     Tidy,
     /// Build docs/EQUATIONS.md from the sources

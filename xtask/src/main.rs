@@ -2,6 +2,7 @@
 
 mod equations;
 mod flags;
+mod kill_test;
 mod licences;
 mod paths;
 mod program;
@@ -26,6 +27,7 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::NmseRegression { arguments } => {
             program::bench_suite("nmse-regression", &arguments)
         }
+        Command::KillTest { kills, arguments } => kill_test::run(kills, &arguments),
         Command::Tidy => tidy::run(),
         Command::Equations { check } => equations::run(check),
     }

@@ -1,8 +1,9 @@
 //! Programs of the workspace, started in release mode.
 
+use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 
 use crate::paths::root;
 
@@ -12,18 +13,7 @@ use crate::paths::root;
 /// If cargo cannot be started.
 pub fn bench_suite(command: &str, arguments: &[String]) -> anyhow::Result<ExitCode> {
     say("Building bench-suite in release mode; the first time takes about two minutes.");
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let status = Command::new(cargo)
-        .args([
-            "run",
-            "--quiet",
-            "--release",
-            "--locked",
-            "--package",
-            "bench-suite",
-        ])
-        .arg("--manifest-path")
-        .arg(root().join("Cargo.toml"))
+    let status = cargo("run")
         .args(["--", command])
         .args(arguments)
         .status()
@@ -33,6 +23,41 @@ pub fn bench_suite(command: &str, arguments: &[String]) -> anyhow::Result<ExitCo
         Some(Ok(code)) => ExitCode::from(code),
         _ => ExitCode::FAILURE,
     })
+}
+
+/// Builds `bench-suite` without running it.
+///
+/// # Errors
+/// If cargo cannot be started or the build fails.
+pub fn build_bench_suite() -> anyhow::Result<()> {
+    let status = cargo("build").status().context("cannot start cargo")?;
+    ensure!(status.success(), "bench-suite cannot be built");
+    Ok(())
+}
+
+/// The program that [`build_bench_suite`] made: it stands beside this one.
+///
+/// # Errors
+/// If the system does not say where this program is.
+pub fn bench_suite_path() -> anyhow::Result<PathBuf> {
+    let this = std::env::current_exe().context("where is this program?")?;
+    Ok(this.with_file_name("bench-suite"))
+}
+
+/// A cargo command for `bench-suite` in release mode.
+fn cargo(command: &str) -> Command {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut cargo = Command::new(cargo);
+    cargo.args([
+        command,
+        "--quiet",
+        "--release",
+        "--locked",
+        "--package",
+        "bench-suite",
+    ]);
+    cargo.arg("--manifest-path").arg(root().join("Cargo.toml"));
+    cargo
 }
 
 #[expect(clippy::print_stderr, reason = "a long silence needs an explanation")]

@@ -1,5 +1,6 @@
 //! Everything that can go wrong between an experiment's description and its report.
 
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 /// Error of the experiment runner.
@@ -39,8 +40,24 @@ pub enum BenchError {
         /// What is wrong.
         message: String,
     },
+    /// A flag was given that concerns nothing of what was asked for.
+    #[error("{flag} would change nothing: it concerns {concerns}, and none of these is chosen")]
+    UnusedFlag {
+        /// The flag.
+        flag: &'static str,
+        /// Names of the experiments that it concerns.
+        concerns: String,
+    },
+    /// A report of stored results was asked for, and there are none.
+    #[error("{output}: nothing of what was asked for is computed yet{others}; without `--from results` it is computed now", output = output.display(), others = other_versions(.others))]
+    NothingFinished {
+        /// The output directory.
+        output: PathBuf,
+        /// Directories with results of other versions of the sources.
+        others: Vec<String>,
+    },
     /// A file could not be read or written.
-    #[error("{path}: {source}", path = path.display())]
+    #[error("{path}: {reason}", path = path.display(), reason = reason(source))]
     Io {
         /// The file.
         path: PathBuf,
@@ -84,6 +101,27 @@ pub enum BenchError {
     /// A model of several contexts could not be fitted.
     #[error("fit of several contexts: {0}")]
     MultiTask(#[from] mtgp::MtgpError),
+}
+
+/// The system's words, with what they mean where that is all there is to be done about it.
+fn reason(error: &std::io::Error) -> String {
+    match error.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            format!(
+                "the disk is full ({error}); what is finished is kept, and the next run goes on from there"
+            )
+        }
+        _ => error.to_string(),
+    }
+}
+
+fn other_versions(directories: &[String]) -> String {
+    if directories.is_empty() {
+        String::new()
+    } else {
+        let directories = directories.join(", ");
+        format!(" with these sources (results of other versions: {directories})")
+    }
 }
 
 impl BenchError {

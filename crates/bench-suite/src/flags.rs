@@ -8,6 +8,9 @@ use bench_suite::spec::{MAX_SIZE, N_JOINTS, Profile};
 use bench_suite::split::UNIQUE;
 use clap::{Args, Parser, Subcommand};
 
+/// Largest number of threads.
+const MAX_THREADS: usize = 1024;
+
 /// Experiments of the chapter, sections 3.4 and 4.6.
 #[derive(Debug, Parser)]
 #[command(name = "bench-suite", version)]
@@ -37,7 +40,7 @@ pub struct ReproducePaper {
     /// Only these experiments, separated by commas (see `list`)
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     pub only: Vec<String>,
-    /// What to take from earlier runs: nothing but results, finished fits, or nothing at all
+    /// What to take from earlier runs
     #[arg(long = "from", value_enum, default_value_t = Reuse::Fits)]
     pub reuse: Reuse,
     /// Only part I of N of the fits, and no report: for one of N machines with one `--output`
@@ -61,8 +64,11 @@ pub struct ReproducePaper {
     /// Draws of the training subsets of figures 10 and 11, which then show a band
     #[arg(long, default_value_t = 1, value_name = "K", value_parser = number_up_to::<100>)]
     pub repeats: usize,
+    /// Other random draws of all training samples than the committed ones
+    #[arg(long, value_name = "TEXT", value_parser = seed)]
+    pub seed: Option<String>,
     /// Threads; 0 is one a core
-    #[arg(long, default_value_t = 0, value_name = "N")]
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = threads)]
     pub threads: usize,
 }
 
@@ -76,7 +82,7 @@ pub struct NmseRegression {
     #[arg(long, value_name = "DIR", default_value_os_t = default_output())]
     pub output: PathBuf,
     /// Threads; 0 is one a core
-    #[arg(long, default_value_t = 0, value_name = "N")]
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = threads)]
     pub threads: usize,
 }
 
@@ -95,6 +101,22 @@ fn number_up_to<const MAX: usize>(text: &str) -> Result<usize, String> {
         Ok(i) if (1..=MAX).contains(&i) => Ok(i),
         _ => Err(format!("not a whole number from 1 to {MAX}")),
     }
+}
+
+/// A million threads would be refused by the system with less clear words.
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if n <= MAX_THREADS => Ok(n),
+        _ => Err(format!("not a whole number from 0 to {MAX_THREADS}")),
+    }
+}
+
+fn seed(text: &str) -> Result<String, String> {
+    let is_allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if text.is_empty() || !text.chars().all(is_allowed) {
+        return Err("not letters, digits, `-`, `_` and `.`".to_string());
+    }
+    Ok(text.to_string())
 }
 
 fn load(text: &str) -> Result<usize, String> {

@@ -40,11 +40,16 @@ fn main() -> ExitCode {
 
 #[expect(clippy::print_stderr, reason = "the one place where an error is shown")]
 fn complain(error: &anyhow::Error) -> ExitCode {
-    eprintln!("error: {error:#}");
-    match error.downcast_ref() {
-        Some(BenchError::UnknownName { .. } | BenchError::Experiment { .. }) => {
-            ExitCode::from(BAD_REQUEST)
-        }
+    let known = error.downcast_ref::<BenchError>();
+    // Its own messages say everything; `{:#}` would say the cause once more.
+    let message = known.map_or_else(|| format!("{error:#}"), ToString::to_string);
+    eprintln!("error: {message}");
+    match known {
+        Some(
+            BenchError::UnknownName { .. }
+            | BenchError::Experiment { .. }
+            | BenchError::UnusedFlag { .. },
+        ) => ExitCode::from(BAD_REQUEST),
         _ => ExitCode::FAILURE,
     }
 }
@@ -68,6 +73,7 @@ fn reproduce_paper(flags: ReproducePaper) -> anyhow::Result<ExitCode> {
         shard: shard.unwrap_or(Shard::WHOLE),
         n_threads: flags.threads,
         reuse: flags.reuse,
+        seed: flags.seed,
         command: typed_command(),
     };
     if let Some(shard) = shard {
@@ -103,7 +109,9 @@ fn print(reproduction: &Reproduction) {
         print_many(many);
     }
     let directory = reproduction.directory.display();
-    println!("Report, figures and CSV files: {directory}/report.md");
+    println!(
+        "Report: {directory}/report.html, as Markdown report.md; figures and CSV files beside it"
+    );
 }
 
 fn print_one(one: &OneContext) {
@@ -143,8 +151,9 @@ fn print_findings(findings: &Findings) {
 }
 
 fn print_seconds<W: Work>(title: &str, table: &str, outcome: &RunOutcome<W>) {
-    if outcome.n_missing > 0 {
-        println!("{} of them are not computed yet.", outcome.n_missing);
+    if let Some(first) = outcome.missing.first() {
+        let n = outcome.missing.len();
+        println!("Not computed yet: {n}, the first of them {first}.\n");
     }
     println!("{title}:\n{table}");
     let seconds = &outcome.seconds;
@@ -164,6 +173,7 @@ fn nmse_regression(flags: &NmseRegression) -> anyhow::Result<ExitCode> {
         shard: Shard::WHOLE,
         n_threads: flags.threads,
         reuse: Reuse::Fits,
+        seed: None,
         command: typed_command(),
     })?;
     let path = root().join("fixtures/bench-suite/expected_nmse.csv");

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::digest::sha256_hex;
 use crate::run::Seconds;
-use crate::store::MEASURED_BY;
+use crate::store::{MANY_MEASURED_BY, MEASURED_BY};
 
 /// Origin of a directory of results.
 #[derive(Debug, Clone, Serialize)]
@@ -21,16 +21,24 @@ pub struct Manifest {
     pub started: String,
     /// SHA-256 of Cargo.lock.
     pub lock_file_sha256: String,
-    /// Fingerprint of sources, data and dependencies behind the numbers.
+    /// Fingerprint of sources, data and dependencies behind the numbers of one context.
     pub measured_by: String,
+    /// The same for many contexts.
+    pub many_measured_by: String,
     /// Processor.
     pub cpu: String,
     /// Threads used.
     pub n_threads: usize,
+    /// Seeds of all random draws.
+    pub seeds: Vec<String>,
     /// Cells taken from earlier runs.
     pub n_reused: usize,
     /// Cells computed by this run.
     pub n_computed: usize,
+    /// Cells that could not be computed.
+    pub n_failed: usize,
+    /// Cells left for another run.
+    pub n_missing: usize,
     /// Where the time of this run went.
     pub seconds: Seconds,
 }
@@ -44,10 +52,14 @@ impl Manifest {
             started: utc(seconds_since_epoch()),
             lock_file_sha256: sha256_hex(include_bytes!("../../../Cargo.lock")),
             measured_by: MEASURED_BY.to_string(),
+            many_measured_by: MANY_MEASURED_BY.to_string(),
             cpu: cpu(),
             n_threads: resolve_threads(n_threads),
+            seeds: Vec::new(),
             n_reused: 0,
             n_computed: 0,
+            n_failed: 0,
+            n_missing: 0,
             seconds: Seconds::default(),
         }
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 use std::io::IsTerminal;
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -59,10 +59,7 @@ impl Progress {
                 bar.inc(1);
             }
             Output::Lines(lines) => {
-                // A panic elsewhere poisons the lock; counting on is harmless.
-                let mut lines = lines
-                    .lock()
-                    .unwrap_or_else(std::sync::PoisonError::into_inner);
+                let mut lines = counted(lines);
                 lines.n_finished += 1;
                 if lines.last.elapsed() >= INTERVAL {
                     lines.last = Instant::now();
@@ -74,16 +71,17 @@ impl Progress {
         }
     }
 
-    /// Removes the bar.
+    /// Removes the bar and says how much was done.
     pub fn end(&self) {
-        if let Output::Bar(bar) = &self.output {
-            bar.finish_and_clear();
-        }
+        let n_finished = match &self.output {
+            Output::Bar(bar) => {
+                bar.finish_and_clear();
+                bar.position()
+            }
+            Output::Lines(lines) => counted(lines).n_finished as u64,
+        };
         let seconds = self.started.elapsed().as_secs_f64();
-        self.line(&format!(
-            "{} cells computed in {seconds:.1} s",
-            self.n_cells
-        ));
+        self.line(&format!("{n_finished} cells computed in {seconds:.1} s"));
     }
 
     #[expect(
@@ -96,6 +94,11 @@ impl Progress {
             Output::Lines(_) => eprintln!("{text}"),
         }
     }
+}
+
+/// A panic elsewhere poisons the lock; counting on is harmless.
+fn counted(lines: &Mutex<Lines>) -> MutexGuard<'_, Lines> {
+    lines.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn bar(n_cells: usize) -> ProgressBar {

@@ -16,11 +16,11 @@ use crate::store::{Store, Work};
 /// What may be taken from earlier runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Reuse {
-    /// Compute nothing: report the finished cells only.
+    /// Compute nothing: draw what is finished, and say what is missing
     Results,
-    /// Take finished cells, compute the others.
+    /// Take what is finished and compute the rest
     Fits,
-    /// Compute every cell again.
+    /// Compute everything again
     Scratch,
 }
 
@@ -32,7 +32,7 @@ pub struct RunOutcome<W: Work = Cell> {
     /// Cells that could not be computed, with the reason.
     pub failures: Vec<(W, BenchError)>,
     /// Cells that were neither finished nor computed.
-    pub n_missing: usize,
+    pub missing: Vec<W>,
     /// Number of results taken from the store.
     pub n_reused: usize,
     /// Where the time went.
@@ -100,7 +100,7 @@ pub fn complete<W: Work>(
         return Ok(RunOutcome {
             records: finished.into_values().collect(),
             failures: Vec::new(),
-            n_missing: open.len(),
+            missing: open,
             n_reused,
             seconds: Seconds::default(),
         });
@@ -112,14 +112,13 @@ pub fn complete<W: Work>(
     for (one, result) in open.into_iter().zip(computed) {
         match result {
             Ok(record) => drop(finished.insert(one, record)),
-            Err(error @ BenchError::Io { .. }) => return Err(error),
             Err(error) => failures.push((one, error)),
         }
     }
     Ok(RunOutcome {
         records: finished.into_values().collect(),
         failures,
-        n_missing: 0,
+        missing: Vec::new(),
         n_reused,
         seconds,
     })
@@ -140,32 +139,39 @@ fn compute(cells: &[Cell], store: &Store, n_reused: usize) -> Result<Computed<Ce
     let start = Instant::now();
     let results = side_by_side(cells, store, n_reused, |cell| {
         measure(cell, &data, &splits[&(cell.seed.as_str(), cell.load)])
-    });
+    })?;
     let cells = start.elapsed().as_secs_f64();
     Ok((results, Seconds { data_set, cells }))
 }
 
 /// Results in the order of `work`, what takes longest started first; each is kept as soon as it is there.
+///
+/// # Errors
+/// `Io` if a result cannot be kept; then no further work is begun.
 pub(crate) fn side_by_side<W: Work>(
     work: &[W],
     store: &Store,
     n_reused: usize,
     measure: impl Fn(&W) -> Result<W::Record, BenchError> + Sync,
-) -> Vec<Result<W::Record, BenchError>> {
+) -> Result<Vec<Result<W::Record, BenchError>>, BenchError> {
     let progress = Progress::start(work.len(), n_reused);
-    let one = |one: &W| {
-        let record = measure(one).and_then(|record| store.save(&record).map(|()| record));
-        progress.finished(one);
-        record
+    let one = |i: usize| {
+        let record = measure(&work[i]);
+        if let Ok(record) = &record {
+            store.save(record)?;
+        }
+        progress.finished(&work[i]);
+        Ok((i, record))
     };
-    let mut results: Vec<(usize, Result<W::Record, BenchError>)> = longest_first(work)
+    let results: Result<Vec<_>, BenchError> = longest_first(work)
         .into_iter()
         .par_bridge() // one after another to whoever is free; halves would not keep the order
-        .map(|i| (i, one(&work[i])))
+        .map(one)
         .collect();
     progress.end();
+    let mut results = results?;
     results.sort_by_key(|(i, _)| *i);
-    results.into_iter().map(|(_, result)| result).collect()
+    Ok(results.into_iter().map(|(_, result)| result).collect())
 }
 
 /// Indices of the work, what takes longest first, so that no thread is left alone with a long piece at the end.

@@ -133,6 +133,15 @@ impl Experiment {
         Ok(experiment)
     }
 
+    /// The experiment with other draws: experiments that share a seed still do.
+    #[must_use]
+    pub fn reseeded(self, seed: &str) -> Self {
+        Self {
+            seed: format!("{seed}/{}", self.seed),
+            ..self
+        }
+    }
+
     /// Scope under a profile and a selection.
     ///
     /// # Errors

@@ -30,6 +30,12 @@ pub trait Work: Ord + Clone + Debug + Display + Sync {
 
     /// Key of an order in which what takes longer is greater.
     fn cost(&self) -> impl Ord;
+
+    /// Name of the file that keeps its result.
+    fn file_name(&self) -> String {
+        let hash = sha256_hex(self.key().as_bytes());
+        format!("{}.toml", &hash[..32])
+    }
 }
 
 /// The result of a piece of work.
@@ -116,8 +122,7 @@ impl Store {
     }
 
     fn path<W: Work>(&self, work: &W) -> PathBuf {
-        let hash = sha256_hex(work.key().as_bytes());
-        self.dir.join(format!("{}.toml", &hash[..32]))
+        self.dir.join(work.file_name())
     }
 }
 

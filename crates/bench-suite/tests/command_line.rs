@@ -16,7 +16,7 @@ fn bench_suite(arguments: &[&str], output: &Path) -> Output {
 
 #[test]
 fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
-    let cases: [(&[&str], &str); 9] = [
+    assert_refused(&[
         (
             &["reproduce-paper", "--only", "fig70"],
             "unknown experiment \"fig70\"; known: fig02, table1, fig03",
@@ -49,12 +49,46 @@ fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
             &["reproduce-paper", "--shard", "9/8"],
             "not I/N with whole numbers 1 <= I <= N",
         ),
+        (
+            &["reproduce-paper", "--seed", "a b"],
+            "not letters, digits, `-`, `_` and `.`",
+        ),
+        (
+            &["reproduce-paper", "--threads", "2000"],
+            "not a whole number from 0 to 1024",
+        ),
+        (
+            &["reproduce-paper", "--from", "cache"],
+            "[possible values: results, fits, scratch]",
+        ),
         (&["reproduce"], "unrecognized subcommand"),
-    ];
-    let dir = tempfile::tempdir().unwrap();
+    ]);
+}
+
+#[test]
+fn flags_that_would_change_nothing_are_refused_too() {
+    assert_refused(&[
+        (
+            &["reproduce-paper", "--only", "fig10", "--sizes", "20"],
+            "--sizes would change nothing: it concerns table3, fig07, fig08, and none of these is chosen",
+        ),
+        (
+            &["reproduce-paper", "--only", "table3", "--repeats", "2"],
+            "--repeats would change nothing: it concerns fig10, fig11,",
+        ),
+        (
+            &["reproduce-paper", "--only", "fig02,table1", "--seed", "7"],
+            "--seed would change nothing: it concerns table3, fig07, fig08, fig10, fig11,",
+        ),
+    ]);
+}
+
+/// Runs each request, which ends with status 2, a message and no file.
+fn assert_refused(cases: &[(&[&str], &str)]) {
+    let dir = tempfile::tempdir().expect("a temporary directory");
     for (arguments, message) in cases {
         let output = bench_suite(arguments, &dir.path().join("results"));
-        let stderr = String::from_utf8(output.stderr).unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
         assert!(stderr.contains(message), "{arguments:?}: {stderr}");
         assert!(!dir.path().join("results").exists(), "{arguments:?}");
@@ -107,11 +141,102 @@ fn a_small_reproduction_writes_its_report_and_the_next_one_recomputes_nothing() 
         assert!(!read(&reports[0]).is_empty());
         assert_eq!(read(&reports[0]), read(&reports[1]), "{name}");
     }
-    let page = std::fs::read_to_string(reports[0].join("report.md")).unwrap();
+}
+
+#[test]
+fn stored_results_are_drawn_without_computing_and_what_is_missing_is_said() {
+    let dir = tempfile::tempdir().unwrap();
+    let request = |loads, from| {
+        let arguments = [
+            "reproduce-paper",
+            "--only",
+            "table3",
+            "--joints",
+            "1",
+            "--sizes",
+            "20",
+            "--loads",
+            loads,
+            "--from",
+            from,
+        ];
+        let output = bench_suite(&arguments, dir.path());
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (
+            output.status.code(),
+            text(&output.stdout),
+            text(&output.stderr),
+        )
+    };
+    let (status, _, stderr) = request("c4", "results");
+    assert_eq!(status, Some(1), "{stderr}");
     assert!(
-        page.contains("cargo xtask reproduce-paper --only table3,fig07,fig08 --loads c4"),
-        "{page}"
+        stderr.contains("nothing of what was asked for is computed yet;"),
+        "{stderr}"
     );
+    let reports = || {
+        let entries = std::fs::read_dir(dir.path())
+            .into_iter()
+            .flatten()
+            .flatten();
+        entries
+            .filter(|entry| entry.path().join("report.html").exists())
+            .count()
+    };
+    assert_eq!(reports(), 0);
+
+    assert_eq!(request("c4", "fits").0, Some(0));
+    let (status, stdout, stderr) = request("c4,c5", "results");
+    assert_eq!((status, stderr.as_str()), (Some(0), ""));
+    let missing = "Not computed yet: 2, the first of them joint 1, load c5, LRc, n = 20.";
+    assert!(stdout.contains(missing), "{stdout}");
+    assert_eq!(reports(), 2);
+}
+
+#[test]
+fn another_seed_is_another_draw_with_cells_of_its_own() {
+    let dir = tempfile::tempdir().unwrap();
+    let small = [
+        "reproduce-paper",
+        "--only",
+        "table3",
+        "--joints",
+        "1",
+        "--sizes",
+        "20",
+        "--loads",
+        "c4",
+    ];
+    let with_seed = [&small[..], &["--seed", "other"]].concat();
+    let averages = |arguments: &[&str]| {
+        let output = bench_suite(arguments, dir.path());
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            stderr.contains("2 cells to compute, 0 finished before"),
+            "{stderr}"
+        );
+        let stdout = String::from_utf8(output.stdout).unwrap();
+        let report = stdout
+            .split("Report: ")
+            .nth(1)
+            .unwrap()
+            .split("/report.html")
+            .next();
+        let report = Path::new(report.unwrap()).to_path_buf();
+        let manifest = std::fs::read_to_string(report.join("manifest.toml")).unwrap();
+        (
+            std::fs::read_to_string(report.join("averages.csv")).unwrap(),
+            manifest,
+        )
+    };
+    let (own, manifest) = averages(&small);
+    assert!(manifest.contains("seeds = [\"one-context\"]"), "{manifest}");
+    let (other, manifest) = averages(&with_seed);
+    assert!(
+        manifest.contains("seeds = [\"other/one-context\"]"),
+        "{manifest}"
+    );
+    assert_ne!(own, other);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The experiment runner from outside: repeatable, resumable, and clear about wrong requests.
 
 mod command_line;
+mod pages;
 mod repeatable;
+mod survival;
 mod units;

@@ -4,7 +4,7 @@ use super::samples::Samples;
 use super::spec::DataExperiment;
 use super::{make, section::Section};
 use crate::error::BenchError;
-use crate::report::markdown::Page;
+use crate::report::page::Page;
 
 /// Sections of the experiments, each with its description.
 ///
@@ -32,7 +32,10 @@ pub fn write(page: &mut Page, experiment: &DataExperiment, section: &Section) {
     if let Some(table) = &section.table {
         page.table(table);
     }
-    page.table(&section.comparison());
+    for (file, columns) in section.tables() {
+        page.rows(file, &columns);
+    }
+    page.claims(&section.findings);
     page.prose(&experiment.text.analysis);
 }
 

@@ -1,17 +1,11 @@
 //! What a figure or table about the data contributes to the report: files, a picture, a table, and claims beside findings.
 
+use std::path::Path;
+
 use crate::error::BenchError;
+pub use crate::report::finding::Finding;
 use crate::report::picture::Picture;
 use crate::report::text_table::TextTable;
-
-/// A statement of the chapter and what the samples say about it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Finding {
-    /// What the chapter prints.
-    pub chapter: String,
-    /// What was found.
-    pub here: String,
-}
 
 /// One section of the report.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -43,24 +37,20 @@ impl Section {
         Ok(())
     }
 
-    /// Adds a statement and what was found.
-    pub fn found(&mut self, chapter: impl Into<String>, here: impl Into<String>) {
-        self.findings.push(Finding {
-            chapter: chapter.into(),
-            here: here.into(),
-        });
+    /// The CSV files and their columns.
+    pub fn tables(&self) -> impl Iterator<Item = (&str, String)> {
+        let columns = |contents: &[u8]| {
+            let header = contents.split(|byte| *byte == b'\n').next();
+            String::from_utf8_lossy(header.unwrap_or_default()).replace(',', ", ")
+        };
+        let is_csv = |name: &str| Path::new(name).extension().is_some_and(|e| e == "csv");
+        let files = self.files.iter().filter(move |(name, _)| is_csv(name));
+        files.map(move |(name, contents)| (name.as_str(), columns(contents)))
     }
 
-    /// The findings as a table of two columns.
-    pub fn comparison(&self) -> TextTable {
-        let rows = self.findings.iter();
-        TextTable {
-            header: ["the chapter", "here"].map(String::from).to_vec(),
-            rows: rows
-                .map(|finding| vec![finding.chapter.clone(), finding.here.clone()])
-                .collect(),
-            n_left: 2,
-        }
+    /// Adds a statement and what was found.
+    pub fn found(&mut self, chapter: impl Into<String>, here: impl Into<String>) {
+        self.findings.push(Finding::new(chapter, here));
     }
 }
 

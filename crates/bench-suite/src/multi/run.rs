@@ -45,7 +45,7 @@ fn compute(units: &[Unit], store: &Store, n_reused: usize) -> Result<Computed<Un
     let data_set = start.elapsed().as_secs_f64();
 
     let start = Instant::now();
-    let results = side_by_side(units, store, n_reused, |unit| measure(unit, &bench));
+    let results = side_by_side(units, store, n_reused, |unit| measure(unit, &bench))?;
     let cells = start.elapsed().as_secs_f64();
     Ok((results, Seconds { data_set, cells }))
 }

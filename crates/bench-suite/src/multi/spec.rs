@@ -98,6 +98,16 @@ impl MultiExperiment {
         Ok(experiment)
     }
 
+    /// The experiment with other draws, whose training and test sets are still those of table 3.
+    #[must_use]
+    pub fn reseeded(self, seed: &str) -> Self {
+        Self {
+            seed: format!("{seed}/{}", self.seed),
+            split_seed: format!("{seed}/{}", self.split_seed),
+            ..self
+        }
+    }
+
     /// Scope under a profile and a selection.
     ///
     /// # Errors

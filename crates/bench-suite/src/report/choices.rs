@@ -1,5 +1,6 @@
 //! Tables of the ranks that BIC chose and of the models that the mGPs started from.
 
+use super::finding::Finding;
 use super::published_fig10::Published;
 use super::text_table::TextTable;
 use crate::multi::model::MultiModel;
@@ -30,6 +31,39 @@ pub fn ranks_and_starts(
         rows: choices.0.iter().map(row).collect(),
         n_left: 0,
     }
+}
+
+/// The chapter's ranks and starts beside how many of them are met, at the sizes that it names.
+///
+/// # Source
+/// Section 4.6.
+pub fn claims(records: &[UnitRecord], choices: &Choices, published: &Published) -> Vec<Finding> {
+    let (mut ranks, mut starts) = (Vec::new(), Vec::new());
+    for (&(repeat, n), choice) in &choices.0 {
+        let Some(theirs) = published.choice(n) else {
+            continue;
+        };
+        ranks.push(choice.rank == theirs.rank);
+        let is_met = |&joint: &usize| start(records, repeat, n, joint) == theirs.starts[joint - 1];
+        starts.extend(choice.joints.iter().map(is_met));
+    }
+    let met = |all: &[bool]| {
+        let n_met = all.iter().filter(|met| **met).count();
+        format!("the same in {n_met} of {}", all.len())
+    };
+    if ranks.is_empty() {
+        return Vec::new();
+    }
+    vec![
+        Finding::new(
+            "BIC chooses r = 4, but r = 5 at n = 476 and 1820",
+            met(&ranks) + " sizes that the chapter names",
+        ),
+        Finding::new(
+            "the mGPs start from iGP, but from pGP on joint 1 at n < 532",
+            met(&starts) + " joints and sizes",
+        ),
+    ]
 }
 
 /// BIC above the least of its row, by rank.
@@ -112,5 +146,10 @@ mod tests {
         let bic = bic_differences(&choices);
         assert_eq!(bic.header, ["draw", "n", "r = 2", "r = 4"]);
         assert_eq!(bic.rows[0][2], "0");
+        // Rank 2 instead of 4; pGP on joint 1 as in the chapter, and on joint 3 where it has iGP.
+        let claims = claims(&records, &choices, &Published::read().unwrap());
+        let here: Vec<&str> = claims.iter().map(|claim| claim.here.as_str()).collect();
+        assert!(here[0].starts_with("the same in 0 of 1 "), "{here:?}");
+        assert!(here[1].starts_with("the same in 1 of 2 "), "{here:?}");
     }
 }

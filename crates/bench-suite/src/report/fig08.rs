@@ -2,6 +2,7 @@
 
 use kernels::{Covariance, TorqueCovariance, TorqueForm};
 
+use super::finding::Finding;
 use super::hinton::{Align, Font, PITCH, Picture, side_of_area};
 use crate::cell::{CellRecord, ModelKind};
 use crate::spec::{N_JOINTS, Scope};
@@ -77,16 +78,14 @@ fn scaled_variances(stds: &[f64]) -> Vec<f64> {
 /// # Source
 /// Section 3.4: both matrices "diagonally dominant".
 pub fn findings(rows: &[Row]) -> Vec<String> {
-    let verdict = |joint: usize, name: &str, values: &[f64]| {
-        let largest = (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b]));
-        match largest {
-            Some(column) if column + 1 != joint => format!(
-                "joint {joint}: the largest weight of {name} is NOT on the diagonal but at joint {}; the diagonal has {:.1e} of it.",
-                column + 1,
-                values[joint - 1]
-            ),
-            _ => format!("joint {joint}: the largest weight of {name} is on the diagonal."),
+    let verdict = |joint: usize, name: &str, values: &[f64]| match largest(values) {
+        column if column == joint => {
+            format!("joint {joint}: the largest weight of {name} is on the diagonal.")
         }
+        column => format!(
+            "joint {joint}: the largest weight of {name} is NOT on the diagonal but at joint {column}; the diagonal has {:.1e} of it.",
+            values[joint - 1]
+        ),
     };
     let both = |row: &Row| {
         [
@@ -95,6 +94,45 @@ pub fn findings(rows: &[Row]) -> Vec<String> {
         ]
     };
     rows.iter().flat_map(both).collect()
+}
+
+/// How many row maxima are on the diagonals, beside the chapter's claim.
+///
+/// # Source
+/// Section 3.4.
+pub fn claim(rows: &[Row]) -> Finding {
+    let on_diagonal = |values: fn(&Row) -> &Vec<f64>| {
+        let is_on = |row: &&Row| largest(values(row)) == row.joint;
+        rows.iter().filter(is_on).count()
+    };
+    let here = format!(
+        "row maxima on the diagonal: {} of {} for accelerations, {} of {} for signs of velocity",
+        on_diagonal(|row| &row.accelerations),
+        rows.len(),
+        on_diagonal(|row| &row.signs),
+        rows.len()
+    );
+    Finding::new("both matrices diagonally dominant", here)
+}
+
+/// Joint (from 1) of the largest value.
+fn largest(values: &[f64]) -> usize {
+    let idx = (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b]));
+    idx.map_or(0, |idx| idx + 1)
+}
+
+/// The weights behind the figure, with all their digits.
+pub fn to_csv(rows: &[Row], (load, n): (usize, usize)) -> String {
+    let mut text = String::from("load,n,torque,weight_of,joint,scaled_variance\n");
+    for row in rows {
+        for (name, values) in [("acceleration", &row.accelerations), ("sign", &row.signs)] {
+            for (j, value) in values.iter().enumerate() {
+                let line = format!("c{load},{n},{},{name},{},{value:e}\n", row.joint, j + 1);
+                text.push_str(&line);
+            }
+        }
+    }
+    text
 }
 
 /// Draws both matrices side by side.
@@ -203,6 +241,17 @@ mod tests {
                  the diagonal has 6.2e-2 of it.",
             ]
         );
+    }
+
+    #[test]
+    fn maxima_on_the_diagonals_are_counted_and_every_weight_is_a_row() {
+        let rows = [row(6, &theta()).unwrap()];
+        let here =
+            "row maxima on the diagonal: 1 of 1 for accelerations, 0 of 1 for signs of velocity";
+        assert_eq!(claim(&rows).here, here);
+        let text = to_csv(&rows, (2, 170));
+        assert_eq!(text.lines().count(), 1 + 12);
+        assert!(text.contains("\nc2,170,6,sign,2,1e0\n"), "{text}");
     }
 
     #[test]

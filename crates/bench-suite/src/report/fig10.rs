@@ -88,7 +88,7 @@ pub fn draw(curves: &Curves, set: TestSet, scale: Scale) -> Result<Picture, Benc
         }
     }
     row_titles(&mut picture);
-    legend(&mut picture, height - 54.0);
+    legend(&mut picture, height - 54.0, scale);
     Ok(picture)
 }
 
@@ -137,7 +137,7 @@ fn row_titles(picture: &mut Picture) {
     }
 }
 
-fn legend(picture: &mut Picture, y: f64) {
+fn legend(picture: &mut Picture, y: f64, scale: Scale) {
     picture.text(
         LEFT,
         y - 16.0,
@@ -152,8 +152,11 @@ fn legend(picture: &mut Picture, y: f64) {
         picture.disc((x + 23.0, y + 14.0), 3.0, pen.colour, pen.colour);
         picture.text(x + 56.0, y + 18.0, series.name(), Font::Label, Align::Left);
     }
-    let remark = "open circle: above the axis";
-    picture.text(LEFT, y + 42.0, remark, Font::Remark, Align::Left);
+    // All values fit on a logarithmic axis.
+    if scale == Scale::Chapter {
+        let remark = "open circle: above the axis";
+        picture.text(LEFT, y + 42.0, remark, Font::Remark, Align::Left);
+    }
 }
 
 /// Where one plot stands, and its axes.

@@ -1,6 +1,9 @@
 //! What the averages say about the chapter's claims: stated as found, never asserted.
 
-use super::averages::{AverageKey, Averages, Table};
+use super::agreement::Agreement;
+use super::averages::{Average, AverageKey, Averages, Table};
+use super::fig07;
+use super::finding::Finding;
 use super::text_table::{ratio, score};
 use crate::cell::{CellRecord, FitSummary, ModelKind, TestSet};
 use crate::spec::Expectation;
@@ -48,7 +51,35 @@ pub fn beside_published(
 /// # Source
 /// Section 3.4.
 pub fn order(averages: &Averages) -> Vec<String> {
-    let mut findings = Vec::new();
+    let sentence = |(group, exceptions): (String, Vec<String>)| {
+        let verdict = if exceptions.is_empty() {
+            "the chapter's order".to_string()
+        } else {
+            exceptions.join("; ")
+        };
+        format!("{group}: {verdict}.")
+    };
+    orders(averages).into_iter().map(sentence).collect()
+}
+
+/// In how many groups the order holds, beside the chapter's claim.
+///
+/// # Source
+/// Section 3.4.
+pub fn order_claim(averages: &Averages) -> Option<Finding> {
+    let orders = orders(averages);
+    let all = orders.len();
+    let n_held = orders.iter().filter(|(_, e)| e.is_empty()).count();
+    let here = format!(
+        "this order in {n_held} of {all} combinations of joint, set and n from {ORDER_FROM} on"
+    );
+    let chapter = "from best to worst: GPc, LRc, GP¬c, LR¬c";
+    (all > 0).then(|| Finding::new(chapter, here))
+}
+
+/// Joint, set and size, and the neighbours in the chapter's order that stand the other way round.
+fn orders(averages: &Averages) -> Vec<(String, Vec<String>)> {
+    let mut orders = Vec::new();
     for (joint, set, n) in groups(averages) {
         let mean = |model| {
             averages.mean(&AverageKey {
@@ -65,7 +96,7 @@ pub fn order(averages: &Averages) -> Vec<String> {
         if found.is_empty() {
             continue;
         }
-        let exceptions: Vec<String> = found
+        let exceptions = found
             .iter()
             .filter(|(_, _, better, worse)| better > worse)
             .map(|(better, worse, a, b)| {
@@ -75,19 +106,11 @@ pub fn order(averages: &Averages) -> Vec<String> {
                     better.label(),
                     worse.label()
                 )
-            })
-            .collect();
-        let verdict = if exceptions.is_empty() {
-            "the chapter's order".to_string()
-        } else {
-            exceptions.join("; ")
-        };
-        findings.push(format!(
-            "joint {joint}, {}, n = {n}: {verdict}.",
-            set.name()
-        ));
+            });
+        let group = format!("joint {joint}, {}, n = {n}", set.name());
+        orders.push((group, exceptions.collect()));
     }
-    findings
+    orders
 }
 
 /// Cells of joint × set × size where extrap is less than ten times harder than interp.
@@ -95,24 +118,88 @@ pub fn order(averages: &Averages) -> Vec<String> {
 /// # Source
 /// Section 3.4: "at least an order of magnitude harder".
 pub fn extrap_is_harder(averages: &Averages) -> Vec<String> {
-    let interp = averages
-        .0
-        .iter()
-        .filter(|(key, _)| key.set == TestSet::Interp);
-    interp
-        .filter_map(|(key, average)| {
-            let extrap = averages.mean(&AverageKey {
-                set: TestSet::Extrap,
-                ..*key
-            })?;
-            let quotient = extrap / average.mean();
+    let easy = extrap_over_interp(averages).into_iter();
+    easy.filter(|(_, quotient)| *quotient < 10.0)
+        .map(|(key, quotient)| {
             let (joint, model, n) = (key.joint, key.model.label(), key.n);
-            (quotient < 10.0).then(|| {
-                let quotient = ratio(Some(quotient));
-                format!("joint {joint}, {model}, n = {n}: extrap is {quotient} times interp.")
-            })
+            let quotient = ratio(Some(quotient));
+            format!("joint {joint}, {model}, n = {n}: extrap is {quotient} times interp.")
         })
         .collect()
+}
+
+/// How much harder extrap is, beside the chapter's claim.
+///
+/// # Source
+/// Section 3.4.
+pub fn extrap_claim(averages: &Averages) -> Option<Finding> {
+    let mut quotients: Vec<f64> = extrap_over_interp(averages)
+        .into_iter()
+        .map(|(_, quotient)| quotient)
+        .collect();
+    quotients.sort_by(f64::total_cmp);
+    let (least, most) = (*quotients.first()?, *quotients.last()?);
+    let n_hard = quotients.iter().filter(|q| **q >= 10.0).count();
+    let here = format!(
+        "at least ten times in {n_hard} of {} averages; {} to {} times in all",
+        quotients.len(),
+        ratio(Some(least)),
+        ratio(Some(most))
+    );
+    Some(Finding::new(
+        "extrap at least ten times harder than interp",
+        here,
+    ))
+}
+
+/// Average on extrap over that on interp, by the key of the latter.
+fn extrap_over_interp(averages: &Averages) -> Vec<(AverageKey, f64)> {
+    let interp = averages.0.iter();
+    let interp = interp.filter(|(key, _)| key.set == TestSet::Interp);
+    let quotient = |(key, average): (&AverageKey, &Average)| {
+        let set = TestSet::Extrap;
+        let extrap = averages.mean(&AverageKey { set, ..*key })?;
+        Some((*key, extrap / average.mean()))
+    };
+    interp.filter_map(quotient).collect()
+}
+
+/// Smallest and largest average beside the chapter's.
+///
+/// # Source
+/// Section 3.4: the range of fig. 7.
+pub fn range_claim(averages: &Averages) -> Option<Finding> {
+    let mut means: Vec<f64> = averages.0.values().map(Average::mean).collect();
+    means.sort_by(f64::total_cmp);
+    let (least, most) = (score(means.first().copied()), score(means.last().copied()));
+    let (low, high) = (fig07::RANGE.low, fig07::RANGE.high);
+    (!means.is_empty()).then(|| {
+        Finding::new(
+            format!("averages from {low:.0e} to {high:.0e}, over six joints and six sizes"),
+            format!("from {least} to {most}, over those computed"),
+        )
+    })
+}
+
+/// How many of the published averages agree, are lower or higher.
+///
+/// # Source
+/// Table 3.
+pub fn table3_claim(averages: &Averages, published: &Table) -> Finding {
+    let places: Vec<Agreement> = published
+        .iter()
+        .filter_map(|(key, theirs)| Some(Agreement::of(averages.mean(key)? / theirs)))
+        .collect();
+    let count = |place| places.iter().filter(|p| **p == place).count();
+    let counts = Agreement::ALL.map(|place| format!("{} {}", count(place), place.range()));
+    Finding::new(
+        format!("{} averages with one significant figure", published.len()),
+        format!(
+            "{} of them computed; ratios: {}",
+            places.len(),
+            counts.join(", ")
+        ),
+    )
 }
 
 /// Where GPc is not better than LRc, on average and for single loads, with the fits behind it.

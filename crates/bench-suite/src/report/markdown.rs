@@ -1,64 +1,42 @@
-//! The report as one Markdown page: one sentence a line, generated parts fenced by the command that made them.
+//! The report as Markdown: one sentence a line, pictures as links to the PNG files.
 
-use super::text_table::TextTable;
+use super::finding;
+use super::page::{Block, Page};
 
-/// A Markdown page under construction.
-#[derive(Debug, Default)]
-pub struct Page {
-    parts: Vec<String>,
+/// The page as text.
+pub fn write(page: &Page) -> String {
+    let mut text = format!("# {}\n", page.title());
+    for block in page.blocks() {
+        text.push('\n');
+        text.push_str(&of_block(block));
+    }
+    text
 }
 
-impl Page {
-    /// Page with a title.
-    pub fn titled(title: &str) -> Self {
-        Self {
-            parts: vec![format!(
-                "# {title}
-"
-            )],
-        }
+/// A block, which ends with a newline.
+fn of_block(block: &Block) -> String {
+    match block {
+        Block::Part(title) => format!("## {title}\n"),
+        Block::Section(title) => format!("### {title}\n"),
+        Block::Prose(text) => format!("{text}\n"),
+        Block::List(items) => list(items),
+        Block::Table(table) | Block::Compared(table) => table.to_markdown(),
+        Block::Claims(claims) => finding::side_by_side(claims).to_markdown(),
+        Block::Picture { caption, png } => format!("![{caption}]({png})\n"),
+        Block::Command(command) => format!("```text\n{command}\n```\n"),
+        Block::Rows { file, key } => rows(file, key) + "\n",
     }
+}
 
-    /// Heading of a section.
-    pub fn section(&mut self, title: &str) {
-        self.parts.push(format!("\n## {title}\n"));
-    }
+/// Items as a Markdown list.
+pub(super) fn list(items: &[String]) -> String {
+    let lines: Vec<String> = items.iter().map(|item| format!("- {item}\n")).collect();
+    lines.concat()
+}
 
-    /// Sentences as they are, one a line.
-    pub fn prose(&mut self, text: &str) {
-        self.parts.push(format!("\n{}\n", text.trim()));
-    }
-
-    /// A list, or a sentence when it is empty.
-    pub fn list(&mut self, items: &[String], when_empty: &str) {
-        if items.is_empty() {
-            return self.prose(when_empty);
-        }
-        self.parts.push("\n".to_string());
-        for item in items {
-            self.parts.push(format!("- {item}\n"));
-        }
-    }
-
-    /// A table.
-    pub fn table(&mut self, table: &TextTable) {
-        self.parts.push(format!("\n{}", table.to_markdown()));
-    }
-
-    /// A picture in the same directory.
-    pub fn picture(&mut self, caption: &str, file: &str) {
-        self.parts.push(format!("\n![{caption}]({file})\n"));
-    }
-
-    /// A command that can be copied.
-    pub fn command(&mut self, command: &str) {
-        self.parts.push(format!("\n```text\n{command}\n```\n"));
-    }
-
-    /// The page.
-    pub fn into_text(self) -> String {
-        self.parts.concat()
-    }
+/// The sentence that says where the rows are.
+pub(super) fn rows(file: &str, key: &str) -> String {
+    format!("Rows: [`{file}`]({file}), columns {key}.")
 }
 
 #[cfg(test)]
@@ -66,11 +44,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_empty_list_says_so() {
+    fn blocks_are_parted_by_blank_lines() {
         let mut page = Page::titled("T");
+        page.part("P");
         page.section("S");
-        page.list(&[], "None.");
-        page.list(&["a.".into()], "None.");
-        assert_eq!(page.into_text(), "# T\n\n## S\n\nNone.\n\n- a.\n");
+        page.list(&["a.".into(), "b.".into()], "None.");
+        page.picture("c", "fig.png");
+        page.rows("a.csv", "joint, n");
+        let expected = "# T\n\n## P\n\n### S\n\n- a.\n- b.\n\n![c](fig.png)\n\nRows: [`a.csv`](a.csv), columns joint, n.\n";
+        assert_eq!(write(&page), expected);
     }
 }

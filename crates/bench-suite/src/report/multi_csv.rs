@@ -4,15 +4,16 @@ use super::curves::Curves;
 use super::records_csv::{FIT_COLUMNS, fit_columns};
 use crate::cell::TestSet;
 use crate::multi::unit::{ModelRecord, UnitRecord};
+use crate::store::Work;
 
 /// Scores of every context, the same text whatever the number of threads.
 pub fn scores(records: &[UnitRecord]) -> String {
-    let mut text = String::from("draw,joint,n,model,context,set,nmse\n");
-    for (unit, model) in each_model(records) {
+    let mut text = String::from("draw,joint,n,model,context,set,nmse,record\n");
+    for (unit, model, file) in each_model(records) {
         for score in &model.scores {
             for set in TestSet::ALL {
                 let (context, nmse) = (score.context, score.nmse(set));
-                let line = format!("{unit},c{context},{},{nmse:e}\n", set.name());
+                let line = format!("{unit},c{context},{},{nmse:e},{file}\n", set.name());
                 text.push_str(&line);
             }
         }
@@ -22,10 +23,10 @@ pub fn scores(records: &[UnitRecord]) -> String {
 
 /// What the fits reported, one row a fit: sGP has one a context.
 pub fn fits(records: &[UnitRecord]) -> String {
-    let mut text = format!("draw,joint,n,model,fit,{FIT_COLUMNS}\n");
-    for (unit, model) in each_model(records) {
+    let mut text = format!("draw,joint,n,model,fit,{FIT_COLUMNS},record\n");
+    for (unit, model, file) in each_model(records) {
         for (i, fit) in model.fits.iter().enumerate() {
-            let line = format!("{unit},{},{}\n", i + 1, fit_columns(fit));
+            let line = format!("{unit},{},{},{file}\n", i + 1, fit_columns(fit));
             text.push_str(&line);
         }
     }
@@ -35,7 +36,7 @@ pub fn fits(records: &[UnitRecord]) -> String {
 /// Wall-clock seconds, as measured when the unit was computed.
 pub fn seconds(records: &[UnitRecord]) -> String {
     let mut text = String::from("draw,joint,n,model,seconds_fit,seconds_predict\n");
-    for (unit, model) in each_model(records) {
+    for (unit, model, _) in each_model(records) {
         let (fit, predict) = (model.seconds_fit, model.seconds_predict);
         let line = format!("{unit},{fit:.6},{predict:.6}\n");
         text.push_str(&line);
@@ -59,15 +60,17 @@ pub fn curves(curves: &Curves) -> String {
     text
 }
 
-/// Every model of every unit with its first four columns, in the order draw, joint, n, model.
-fn each_model(records: &[UnitRecord]) -> impl Iterator<Item = (String, &ModelRecord)> {
+/// Every model of every unit with its first four columns and the unit's file, in the order draw, joint, n, model.
+fn each_model(records: &[UnitRecord]) -> impl Iterator<Item = (String, &ModelRecord, String)> {
     let mut order: Vec<&UnitRecord> = records.iter().collect();
     order.sort_by_key(|r| (r.unit.repeat, r.unit.joint, r.unit.n_total));
     order.into_iter().flat_map(|record| {
         let unit = &record.unit;
         let columns = format!("{},{},{}", unit.repeat + 1, unit.joint, unit.n_total);
+        let file = unit.file_name();
+        let row = move |model: &ModelRecord| format!("{columns},{}", model.model);
         let models = record.models.iter();
-        models.map(move |model| (format!("{columns},{}", model.model), model))
+        models.map(move |model| (row(model), model, file.clone()))
     })
 }
 
@@ -79,16 +82,17 @@ mod tests {
     #[test]
     fn every_table_has_as_many_columns_as_its_header() {
         let records = [record(3, 476, [0.25; 5]), record(1, 280, [0.5; 5])];
+        let file = records[1].unit.file_name();
         let tables = [
             (
                 scores(&records),
                 2 * 5 * 2 * 2,
-                "1,1,280,sGP,c1,interp,5e-1",
+                "1,1,280,sGP,c1,interp,5e-1,",
             ),
             (
                 fits(&records),
                 2 * 5,
-                "1,1,280,sGP,1,0,iGP,gradient-small,7,11,1e-2,dense,40,1e-9",
+                "1,1,280,sGP,1,0,iGP,gradient-small,7,11,1e-2,dense,40,1e-9,0,,",
             ),
             (seconds(&records), 2 * 5, "1,1,280,sGP,1.500000,0.250000"),
             (
@@ -100,7 +104,8 @@ mod tests {
         for (text, n_rows, first) in tables {
             let lines: Vec<&str> = text.lines().collect();
             assert_eq!(lines.len(), n_rows + 1);
-            assert_eq!(lines[1], first);
+            let file = if first.ends_with(',') { &file } else { "" };
+            assert_eq!(lines[1], format!("{first}{file}"));
             let commas = |line: &str| line.matches(',').count();
             assert!(
                 lines.iter().all(|line| commas(line) == commas(lines[0])),

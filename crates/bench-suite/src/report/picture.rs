@@ -10,7 +10,7 @@ use crate::error::BenchError;
 const PNG_SCALE: f32 = 2.0;
 
 /// The letters of the pictures, inside every SVG file: no font of the system is needed.
-const FONTS: &str = include_str!("../../fonts/dejavu.css");
+pub(super) const FONTS: &str = include_str!("../../fonts/dejavu.css");
 
 /// Colour of text and outlines.
 pub const INK: &str = "#1f2933";
@@ -113,8 +113,15 @@ impl Picture {
     /// The picture as SVG text, with its fonts.
     pub fn to_svg(&self) -> String {
         let svg = SvgBackend::default().render_scene(&self.scene);
+        // With a view box the picture shrinks with its page instead of being cut off.
+        let (width, height) = (self.scene.width, self.scene.height);
+        let svg = svg.replacen(
+            "<svg ",
+            &format!("<svg viewBox=\"0 0 {width} {height}\" "),
+            1,
+        );
         // The first `>` ends the opening tag.
-        svg.replacen('>', &format!(">\n<style>\n{FONTS}</style>"), 1)
+        svg.replacen('>', &format!(">{}", font_style()), 1)
     }
 
     /// The picture as a PNG file's bytes.
@@ -211,6 +218,16 @@ impl Picture {
     }
 }
 
+/// What makes an SVG file independent of the system's fonts.
+fn font_style() -> String {
+    format!("\n<style>\n{FONTS}</style>")
+}
+
+/// The text of [`Picture::to_svg`] for a page that has the fonts itself.
+pub(super) fn without_fonts(svg: &str) -> String {
+    svg.replacen(&font_style(), "", 1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -229,7 +246,7 @@ mod tests {
         assert_eq!(picture.to_png().unwrap()[..4], [0x89, b'P', b'N', b'G']);
         let svg = picture.to_svg();
         assert!(svg.starts_with("<svg ") && svg.matches("<style>").count() == 1);
-        for part in ["#123456", "4 2", "rotate(-90"] {
+        for part in ["viewBox=\"0 0 100 60\"", "#123456", "4 2", "rotate(-90"] {
             assert!(svg.contains(part), "{part}: {svg}");
         }
     }

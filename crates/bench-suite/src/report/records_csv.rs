@@ -1,19 +1,20 @@
 //! Records as CSV: one row a cell and test set; the seconds, which no two runs share, in a file of their own.
 
 use crate::cell::{CellRecord, FitSummary, TestSet};
+use crate::store::Work;
 
 /// Names of the columns of a fit.
-pub(super) const FIT_COLUMNS: &str =
-    "log_marginal_likelihood,start,stop,iterations,evaluations,noise_std,method,rank,error_bound";
+pub(super) const FIT_COLUMNS: &str = "log_marginal_likelihood,start,stop,iterations,evaluations,noise_std,method,rank,error_bound,recoveries,bounds_hit";
 
 /// Results, the same text for the same cells whatever the machine's load or number of threads.
 pub fn cells(records: &[CellRecord]) -> String {
-    let mut text = format!("joint,load,model,n,set,nmse,{FIT_COLUMNS}\n");
+    let mut text = format!("joint,load,model,n,set,nmse,{FIT_COLUMNS},record\n");
     for record in in_table_order(records) {
         let fit = record.fit.as_ref().map_or_else(no_fit, fit_columns);
         for set in TestSet::ALL {
-            let (cell, set, nmse) = (cell_columns(record), set.name(), record.nmse(set));
-            text.push_str(&[cell.as_str(), set, &format!("{nmse:e}"), &fit].join(","));
+            let (cell, nmse) = (cell_columns(record), format!("{:e}", record.nmse(set)));
+            let file = record.cell.file_name();
+            text.push_str(&[cell.as_str(), set.name(), &nmse, &fit, &file].join(","));
             text.push('\n');
         }
     }
@@ -42,7 +43,7 @@ fn cell_columns(record: &CellRecord) -> String {
     )
 }
 
-/// What a fit reported, under [`FIT_COLUMNS`].
+/// What a fit reported, under [`FIT_COLUMNS`]; the bounds are names separated by blanks.
 pub(super) fn fit_columns(fit: &FitSummary) -> String {
     [
         format!("{}", fit.log_marginal_likelihood),
@@ -54,13 +55,15 @@ pub(super) fn fit_columns(fit: &FitSummary) -> String {
         fit.method.clone(),
         fit.rank.to_string(),
         format!("{:e}", fit.error_bound),
+        fit.recoveries.to_string(),
+        fit.bounds_hit.join(" "),
     ]
     .join(",")
 }
 
 /// Empty columns of a model without hyperparameters.
 fn no_fit() -> String {
-    ",".repeat(8)
+    ",".repeat(10)
 }
 
 fn in_table_order(records: &[CellRecord]) -> Vec<&CellRecord> {
@@ -83,8 +86,13 @@ mod tests {
         ];
         let text = cells(&records);
         let rows: Vec<&str> = text.lines().collect();
-        assert_eq!(rows[1], "1,c12,LRc,20,interp,5e-1,,,,,,,,,");
-        assert_eq!(rows[4], "3,c1,LRc,20,extrap,2.5e0,,,,,,,,,");
+        let expected = [
+            "1,c12,LRc,20,interp,5e-1,,,,,,,,,,,,",
+            "3,c1,LRc,20,extrap,2.5e0,,,,,,,,,,,,",
+        ];
+        let files = [1, 0].map(|i: usize| records[i].cell.file_name());
+        assert_eq!(rows[1], format!("{}{}", expected[0], files[0]));
+        assert_eq!(rows[4], format!("{}{}", expected[1], files[1]));
         let columns = |row: &str| row.matches(',').count();
         assert!(
             rows.iter().all(|row| columns(row) == columns(rows[0])),

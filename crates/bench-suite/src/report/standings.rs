@@ -1,6 +1,7 @@
 //! Which of sGP, iGP, pGP and mGP-BIC has the lowest average nMSE where, counted.
 
 use super::curves::{CurveKey, Curves, Series, Statistic};
+use super::finding::Finding;
 use super::text_table::{ratio, score};
 use crate::cell::TestSet;
 
@@ -62,6 +63,25 @@ pub fn standings(curves: &Curves, set: TestSet, at_least: Option<usize>) -> Vec<
     found.push(independent_against_single(&contests));
     found.extend(pooled_on_joint_1(&contests));
     found
+}
+
+/// The chapter's claims about the averages beside the counts.
+///
+/// # Source
+/// Section 4.6.
+pub fn claims(curves: &Curves, set: TestSet) -> Vec<Finding> {
+    let contests = contests(curves, set);
+    if contests.is_empty() {
+        return Vec::new();
+    }
+    let of_four = Finding::new("mGP-BIC is best nearly everywhere", wins(&contests, None));
+    let next = Finding::new(
+        "iGP is better than sGP",
+        independent_against_single(&contests),
+    );
+    let pooled = pooled_on_joint_1(&contests)
+        .map(|here| Finding::new("pGP is close to mGP-BIC on joint 1", here));
+    [of_four, next].into_iter().chain(pooled).collect()
 }
 
 fn wins(contests: &[Contest], at_least: Option<usize>) -> String {
@@ -147,6 +167,17 @@ mod tests {
                 "iGP is better than sGP in 2 of 3; not on joint 3 at n = 280.",
                 "On joint 1 the average of pGP is 0.50 to 2.00 times that of mGP-BIC.",
             ]
+        );
+    }
+
+    #[test]
+    fn claims_stand_beside_the_counts() {
+        let curves = curves(&[record(1, 280, [8.0, 6.0, 2.0, 1.0, 9.0])]);
+        let found = claims(&curves, TestSet::Extrap);
+        assert_eq!(found.len(), 3);
+        assert_eq!(
+            found[0].here,
+            "mGP-BIC has the lowest average in 1 of 1 panels and sizes."
         );
     }
 

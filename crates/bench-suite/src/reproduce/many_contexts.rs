@@ -9,10 +9,10 @@ use crate::multi::spec::{MultiExperiment, MultiScope};
 use crate::multi::unit::Unit;
 use crate::report::curves::Curves;
 use crate::report::fig10::{self, Scale};
-use crate::report::markdown::Page;
+use crate::report::page::Page;
 use crate::report::published_fig10::Published;
 use crate::report::text_table::TextTable;
-use crate::report::{choices, multi_csv, multi_durations, standings};
+use crate::report::{choices, help, multi_csv, multi_durations, standings};
 use crate::run::RunOutcome;
 use crate::spec::Profile;
 
@@ -40,9 +40,12 @@ pub(super) fn report(
     let chosen = Choices::of(&outcome.records)?;
     let curves = Curves::of(&outcome.records, &chosen);
     let mut findings = Findings::new();
+    page.part("Many loads at once (section 4.6)");
     for (experiment, scope) in experiments {
         page.section(&experiment.title);
         pictures(experiment.set, &curves, page, files)?;
+        page.rows("curves.csv", "joint, set, statistic, series, n");
+        page.claims(&standings::claims(&curves, experiment.set));
         page.prose(&experiment.text.analysis);
         let is_complete = experiment.profile.get(&Profile::Full) == Some(scope);
         let at_least = is_complete.then_some(experiment.expect.lowest_at_least);
@@ -63,18 +66,14 @@ pub(super) fn report(
         page.list(items, "");
     }
 
-    let table = choices::ranks_and_starts(&outcome.records, &chosen, &Published::read()?);
-    page.section(
-        "Ranks chosen by BIC and models that the mGPs start from (in parentheses: the chapter's)",
-    );
-    page.table(&table);
-    if profile == Profile::Smoke {
-        page.prose("The chapter chooses among more ranks and for all six joints together.");
-    }
-    page.section("BIC above the least of its row");
-    page.table(&choices::bic_differences(&chosen));
+    let table = about_ranks(&outcome, &chosen, profile, page)?;
+    page.section(help::TITLE);
+    page.table(&help::of_units(&outcome.records));
+    page.rows("fits.csv", "draw, joint, n, model, fit");
+    page.prose(help::EXPLANATION);
     page.section(multi_durations::TITLE);
     page.table(&multi_durations::by_model_and_size(&outcome.records));
+    page.rows("unit_seconds.csv", "draw, joint, n, model");
 
     files.add("curves.csv", multi_csv::curves(&curves));
     files.add("contexts.csv", multi_csv::scores(&outcome.records));
@@ -86,6 +85,30 @@ pub(super) fn report(
         table,
         findings,
     })
+}
+
+/// Chosen ranks and starts beside the chapter's.
+fn about_ranks(
+    outcome: &RunOutcome<Unit>,
+    chosen: &Choices,
+    profile: Profile,
+    page: &mut Page,
+) -> Result<TextTable, BenchError> {
+    let published = Published::read()?;
+    let table = choices::ranks_and_starts(&outcome.records, chosen, &published);
+    page.section(
+        "Ranks chosen by BIC and models that the mGPs start from (in parentheses: the chapter's)",
+    );
+    page.table(&table);
+    page.rows("fits.csv", "draw, joint, n, model");
+    page.claims(&choices::claims(&outcome.records, chosen, &published));
+    if profile == Profile::Smoke {
+        page.prose("The chapter chooses among more ranks and for all six joints together.");
+    }
+    page.section("BIC above the least of its row");
+    page.table(&choices::bic_differences(chosen));
+    page.rows("fits.csv", "draw, n, model");
+    Ok(table)
 }
 
 /// A figure with the chapter's axes and with logarithmic ones.

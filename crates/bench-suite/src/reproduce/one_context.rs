@@ -4,9 +4,9 @@ use super::Findings;
 use super::files::Files;
 use crate::error::BenchError;
 use crate::report::averages::{self, Averages};
-use crate::report::markdown::Page;
+use crate::report::page::Page;
 use crate::report::text_table::TextTable;
-use crate::report::{durations, fig07, fig08, findings, records_csv, searches, table3};
+use crate::report::{durations, fig07, fig08, findings, help, records_csv, searches, table3};
 use crate::run::RunOutcome;
 use crate::spec::{Experiment, Scope};
 
@@ -18,14 +18,14 @@ pub(super) fn report(
     page: &mut Page,
     files: &mut Files,
 ) -> Result<(Option<TextTable>, Findings), BenchError> {
+    page.part("One load at a time (section 3.4)");
     let mut table = None;
     let mut found = Findings::new();
     for (experiment, scope) in experiments {
         page.section(&experiment.title);
         match experiment.name.as_str() {
             "table3" => {
-                let (text, checks) = table3_part(experiment, scope, averages, files)?;
-                page.table(&text);
+                let (text, checks) = table3_part(experiment, scope, averages, page, files)?;
                 found.extend(checks);
                 table = Some(text);
             }
@@ -43,13 +43,10 @@ pub(super) fn report(
     }
     page.section("Where extrap is less than ten times harder than interp");
     page.list(&findings::extrap_is_harder(averages), "Nowhere.");
-    page.section(searches::TITLE);
-    page.table(&searches::by_model_and_size(&outcome.records));
-    let durations = durations::by_model_and_size(&outcome.records);
-    page.section(durations::TITLE);
-    page.table(&durations);
+    about_fits(outcome, page);
     page.section("Every average");
     page.table(&table3::all_averages(averages));
+    page.rows("averages.csv", "joint, model, set, n");
 
     files.add("averages.csv", averages::write_table(averages));
     files.add("cells.csv", records_csv::cells(&outcome.records));
@@ -57,14 +54,33 @@ pub(super) fn report(
     Ok((table, found))
 }
 
+/// How the searches ended, which fits needed help, and where the time went.
+fn about_fits(outcome: &RunOutcome, page: &mut Page) {
+    page.section(help::TITLE);
+    page.table(&help::of_cells(&outcome.records));
+    page.rows("cells.csv", "joint, load, model, n");
+    page.prose(help::EXPLANATION);
+    page.section(searches::TITLE);
+    page.table(&searches::by_model_and_size(&outcome.records));
+    page.rows("cells.csv", "joint, load, model, n");
+    page.section(durations::TITLE);
+    page.table(&durations::by_model_and_size(&outcome.records));
+    page.rows("seconds.csv", "joint, load, model, n");
+}
+
 fn table3_part(
     experiment: &Experiment,
     scope: &Scope,
     averages: &Averages,
+    page: &mut Page,
     files: &mut Files,
 ) -> Result<(TextTable, Findings), BenchError> {
     let published = averages::published()?;
     let table = table3::beside_published(averages, &published, &experiment.models, scope);
+    page.compared(&table);
+    page.rows("table3.csv", "joint, model, set, n");
+    page.prose("The loads behind an average are in `cells.csv` under the same joint, model, set and n; its column `record` names the file below `cells/` that keeps the fit.");
+    page.claims(&[findings::table3_claim(averages, &published)]);
     let csv = table3::to_csv(averages, &published, &experiment.models, scope);
     files.add("table3.csv", csv);
     let checks = experiment.expect.as_ref().map(|expect| {
@@ -92,6 +108,13 @@ fn fig07_part(
     files.add("fig07.png", picture.to_png()?);
     files.add("fig07.svg", picture.to_svg());
     page.picture("Hinton diagram of the average nMSE", "fig07.png");
+    page.rows("averages.csv", "joint, model, set, n");
+    let claims = [
+        findings::order_claim(averages),
+        findings::extrap_claim(averages),
+        findings::range_claim(averages),
+    ];
+    page.claims(&claims.into_iter().flatten().collect::<Vec<_>>());
     Ok(())
 }
 
@@ -109,7 +132,10 @@ fn fig08_part(
     let picture = fig08::draw(&rows, subject);
     files.add("fig08.png", picture.to_png()?);
     files.add("fig08.svg", picture.to_svg());
+    files.add("fig08.csv", fig08::to_csv(&rows, subject));
     page.picture("Hinton diagrams of the hyperparameters", "fig08.png");
+    page.rows("fig08.csv", "torque, weight_of, joint");
+    page.claims(&[fig08::claim(&rows)]);
     Ok(vec![(
         "Row maxima of figure 8".into(),
         fig08::findings(&rows),

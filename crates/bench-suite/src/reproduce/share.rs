@@ -1,6 +1,6 @@
 //! The work of one shard, kept in the directory of results for whoever makes the report.
 
-use super::{Request, run_many, run_one, scoped_many, scoped_one, work_done};
+use super::{Request, run_many, run_one, scoped_many, scoped_one};
 use crate::catalogue::Catalogue;
 use crate::error::BenchError;
 use crate::multi::unit::Unit;
@@ -49,6 +49,19 @@ impl Share {
         let many = self.many.as_ref().map_or_else(Vec::new, reasons);
         [one, many].concat()
     }
+}
+
+fn work_done<W: Work>(outcome: &RunOutcome<W>, name: &str) -> String {
+    let seconds = &outcome.seconds;
+    format!(
+        "{} {name} were computed in {:.1} s (and the data set in {:.1} s), {} were taken from earlier runs, {} failed, {} are missing.",
+        outcome.records.len() - outcome.n_reused,
+        seconds.cells,
+        seconds.data_set,
+        outcome.n_reused,
+        outcome.failures.len(),
+        outcome.missing.len()
+    )
 }
 
 fn reasons<W: Work>(run: &RunOutcome<W>) -> Vec<String> {

@@ -1,0 +1,34 @@
+//! A statement of the chapter beside what was found.
+
+use super::text_table::TextTable;
+
+/// A statement of the chapter and what the samples or the fits say about it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// What the chapter prints.
+    pub chapter: String,
+    /// What was found.
+    pub here: String,
+}
+
+impl Finding {
+    /// A statement and what was found.
+    pub fn new(chapter: impl Into<String>, here: impl Into<String>) -> Self {
+        Self {
+            chapter: chapter.into(),
+            here: here.into(),
+        }
+    }
+}
+
+/// Findings as a table of two columns.
+pub fn side_by_side(findings: &[Finding]) -> TextTable {
+    let rows = findings.iter();
+    TextTable {
+        header: ["the chapter", "here"].map(String::from).to_vec(),
+        rows: rows
+            .map(|finding| vec![finding.chapter.clone(), finding.here.clone()])
+            .collect(),
+        n_left: 2,
+    }
+}
