@@ -51,13 +51,19 @@ impl Section5Experiment {
     /// # Errors
     /// `Experiment` if a description does not follow the format.
     pub fn all() -> Result<Vec<Self>, BenchError> {
-        let parse = |(name, source): &(&str, &str)| {
-            toml::from_str(source).map_err(|error| BenchError::Experiment {
-                name: (*name).to_string(),
-                message: error.to_string(),
-            })
-        };
+        let parse = |(name, source): &(&str, &str)| Self::parse(name, source);
         SOURCES.iter().map(parse).collect()
+    }
+
+    /// Reads one description.
+    ///
+    /// # Errors
+    /// `Experiment` if it is not TOML of this format.
+    pub fn parse(name: &str, source: &str) -> Result<Self, BenchError> {
+        toml::from_str(source).map_err(|error| BenchError::Experiment {
+            name: name.to_string(),
+            message: error.to_string(),
+        })
     }
 
     /// The names on the command line.
