@@ -3,5 +3,6 @@
 mod command_line;
 mod pages;
 mod repeatable;
+mod section5;
 mod survival;
 mod units;

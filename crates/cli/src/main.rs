@@ -13,6 +13,7 @@ mod commands;
 mod context;
 mod context_column;
 mod context_hyperparameters;
+mod context_prior;
 mod data_args;
 mod degrees;
 mod error;
@@ -37,6 +38,7 @@ mod robot;
 mod row_contexts;
 mod samples;
 mod score;
+mod spread;
 mod table;
 mod text_table;
 mod toml_fault;
@@ -45,7 +47,10 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{evaluate, fit, inspect, inverse_dynamics, likelihood, predict, simulate};
+use crate::commands::{
+    adapt, context as context_command, evaluate, fit, inspect, inverse_dynamics, likelihood,
+    predict, simulate,
+};
 use crate::error::CliError;
 
 /// Exit status for bad input or usage, the same as clap's own.
@@ -68,6 +73,8 @@ enum Command {
     Fit(fit::Args),
     Predict(predict::Args),
     Evaluate(evaluate::Args),
+    Context(context_command::Args),
+    Adapt(adapt::Args),
     Inspect(inspect::Args),
     Likelihood(likelihood::Args),
 }
@@ -79,6 +86,8 @@ fn main() -> ExitCode {
         Command::Fit(args) => fit::run(&args),
         Command::Predict(args) => predict::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Context(args) => context_command::run(&args),
+        Command::Adapt(args) => adapt::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Likelihood(args) => likelihood::run(&args),
     };

@@ -30,6 +30,7 @@ mod model_file;
 mod multi_task_models;
 mod novel_context;
 mod repeated_inputs;
+mod row_population;
 mod staged;
 mod task_noise;
 mod textbook;

@@ -29,7 +29,10 @@ use crate::report::averages::{self, Averages};
 use crate::report::page::Page;
 use crate::report::text_table::TextTable;
 use crate::report::{differences, html, markdown};
-use crate::run::{Reuse, RunOutcome, run};
+use crate::run::{Reuse, RunOutcome, run, thread_pool};
+use crate::section5;
+use crate::section5::bench::Bench;
+use crate::section5::spec::Section5Experiment;
 use crate::shard::Shard;
 use crate::spec::{Experiment, Profile, Scope, Selection};
 use crate::store::{MANY_MEASURED_BY, MEASURED_BY, Store, Work};
@@ -76,6 +79,8 @@ pub struct Reproduction {
     pub one: Option<OneContext>,
     /// What section 4.6 gave, if one of its experiments was chosen.
     pub many: Option<ManyContexts>,
+    /// What section 5 asks for beside what was found, for the terminal.
+    pub section5: Findings,
 }
 
 /// What came out of the experiments with one context.
@@ -114,7 +119,12 @@ impl Reproduction {
 pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let chosen = Catalogue::named(&request.only)?;
     unused::check(request, &chosen)?;
-    let Catalogue { data, one, many } = chosen;
+    let Catalogue {
+        data,
+        one,
+        many,
+        section5,
+    } = chosen;
     let one = scoped_one(one, request)?;
     let many = scoped_many(many, request)?;
 
@@ -124,6 +134,7 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let of_one = run_one(&one, request)?;
     let of_many = run_many(&many, request)?;
     unfinished::refuse_empty(request, of_one.as_ref(), of_many.as_ref())?;
+    let of_section5 = run_section5(&section5, request)?;
     count(&mut manifest, of_one.as_ref());
     count(&mut manifest, of_many.as_ref());
 
@@ -156,6 +167,7 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
         }
         None => None,
     };
+    let section5 = section5_part(&of_section5, &mut page, &mut files);
     differences_part(one.as_ref(), &mut page)?;
     page.document(DEVIATIONS);
 
@@ -168,6 +180,7 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
         about_data,
         one,
         many,
+        section5,
     })
 }
 
@@ -205,6 +218,38 @@ fn seeds(one: &[(Experiment, Scope)], many: &[(MultiExperiment, MultiScope)]) ->
     let of_many = many.iter().flat_map(|(e, _)| [&e.seed, &e.split_seed]);
     let seeds: BTreeSet<&String> = one.iter().map(|(e, _)| &e.seed).chain(of_many).collect();
     seeds.into_iter().cloned().collect()
+}
+
+/// Sections of section 5; none with `--from results`, as they are computed and not stored.
+fn run_section5<'a>(
+    experiments: &'a [Section5Experiment],
+    request: &Request,
+) -> Result<Vec<(&'a Section5Experiment, Section)>, BenchError> {
+    if experiments.is_empty() || request.reuse == Reuse::Results {
+        return Ok(Vec::new());
+    }
+    thread_pool(request.n_threads)?.install(|| {
+        let bench = Bench::new(request.profile, &request.output, request.reuse)?;
+        section5::page::sections(experiments, &bench)
+    })
+}
+
+/// Sections and files of section 5; the findings once more for the terminal.
+fn section5_part(
+    sections: &[(&Section5Experiment, Section)],
+    page: &mut Page,
+    files: &mut Files,
+) -> Findings {
+    let mut found = Findings::new();
+    for (experiment, section) in sections {
+        section5::page::write(page, experiment, section);
+        for (name, contents) in &section.files {
+            files.add(name, contents.clone());
+        }
+        found.push((experiment.title.clone(), section5::page::sentences(section)));
+    }
+    found.retain(|(_, sentences)| !sentences.is_empty());
+    found
 }
 
 /// Sections and files about the data; the findings once more for the terminal.
