@@ -360,9 +360,12 @@ impl<'a> ArmSimulator<'a> {
             return;
         }
         let n = self.n_joints();
-        let speeds = &self.scratch.trial[n..2 * n];
-        for ((held, mode), qd) in self.held.iter_mut().zip(&self.modes).zip(speeds) {
-            *held |= mode.forward_speed(*qd) <= 0.0;
+        let speeds = self.state[n..2 * n]
+            .iter()
+            .zip(&self.scratch.trial[n..2 * n]);
+        for ((held, mode), (before, after)) in self.held.iter_mut().zip(&self.modes).zip(speeds) {
+            let was_at_rest = before.abs() <= 0.0;
+            *held |= was_at_rest && mode.forward_speed(*after) <= 0.0;
         }
     }
 
