@@ -22,6 +22,7 @@ mod predictive;
 mod prior;
 mod rank_part;
 mod repeated_inputs;
+mod row_population;
 mod runs;
 mod sample_window;
 mod sequential;
@@ -32,6 +33,7 @@ mod task_fit;
 mod task_noise;
 mod task_row;
 mod task_start;
+mod torque_noise;
 mod unknown_context;
 mod window_factor;
 
@@ -53,16 +55,19 @@ pub use layout::{Stacked, with_task};
 pub use model::{ContextPredictor, ModelParts, MultiTaskModel, RankSelection, TaskProcess};
 pub use noise_free::NoiseFreeBlock;
 pub use novel_context::{
-    Border, NewTorques, RowFit, fit_row, log_density_of_row, log_density_of_row_with_gradient,
+    Border, NewTorques, RowFit, fit_row, fit_row_from_population, log_density_of_row,
+    log_density_of_row_with_gradient,
 };
 pub use predictive::{ContextModel, PredictiveDensity};
 pub use prior::MultiTaskCovariance;
 pub use rank_part::{RankPart, rank_part};
 pub use repeated_inputs::{FactorGradient, RepeatedInputs, SharedObservations};
+pub use row_population::RowPopulation;
 pub use staged::{StageOne, fit_rank, fit_rank_from};
 pub use task_cov::{TaskCovariance, TaskFactor};
 pub use task_fit::{MultiTaskOptions, Origin, TaskFit, TaskFitReport, TaskStart};
 pub use task_noise::{TaskNoise, TaskNoisePosterior};
 pub use task_row::TaskRow;
 pub use task_start::{AugmentedTargets, augmented_k_task, augmented_targets};
+pub use torque_noise::WithTorqueNoise;
 pub use unknown_context::{Calibration, ContextAnswer, chi_squared_upper_tail, known_or_unknown};

@@ -7,7 +7,10 @@
 //! Section 5.
 
 pub mod bench;
+pub mod context;
 pub mod models;
+mod normal;
+pub mod novel;
 pub mod page;
 pub mod spec;
 pub mod trained;
@@ -25,7 +28,9 @@ use crate::error::BenchError;
 /// not what the module reads; those of its models and pictures.
 pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
     match experiment.name.as_str() {
+        "context" => context::make(experiment, bench),
         "models" => models::make(experiment, bench),
+        "novel" => novel::make(experiment, bench),
         other => Err(BenchError::UnknownName {
             what: "experiment of section 5",
             name: other.to_string(),
