@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub mod control;
 pub mod evaluate;
 pub mod fit;
 pub mod inspect;
