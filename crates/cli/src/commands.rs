@@ -2,6 +2,7 @@
 
 pub mod adapt;
 pub mod context;
+pub mod control;
 pub mod evaluate;
 pub mod fit;
 pub mod inspect;

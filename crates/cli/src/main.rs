@@ -48,8 +48,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    adapt, context as context_command, evaluate, fit, inspect, inverse_dynamics, likelihood,
-    predict, simulate,
+    adapt, context as context_command, control, evaluate, fit, inspect, inverse_dynamics,
+    likelihood, predict, simulate,
 };
 use crate::error::CliError;
 
@@ -77,6 +77,7 @@ enum Command {
     Adapt(adapt::Args),
     Inspect(inspect::Args),
     Likelihood(likelihood::Args),
+    Control(control::Args),
 }
 
 fn main() -> ExitCode {
@@ -90,6 +91,7 @@ fn main() -> ExitCode {
         Command::Adapt(args) => adapt::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Likelihood(args) => likelihood::run(&args),
+        Command::Control(args) => control::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -4,6 +4,7 @@
 
 mod command;
 mod contexts;
+mod control;
 mod inverse_dynamics;
 mod learning;
 mod learning_refusals;

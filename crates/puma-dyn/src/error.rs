@@ -145,6 +145,32 @@ pub enum DynError {
         /// Articulated-body inertia along the axis, kg m² or kg.
         inertia: f64,
     },
+    /// Friction that pushes a joint along cannot hold it at rest.
+    #[error(
+        "joint `{joint}`: its Coulomb friction goes from {negative} to {positive} and would drive the motion; only friction against the motion can be simulated"
+    )]
+    FrictionDrives {
+        /// The joint.
+        joint: String,
+        /// Coulomb torque at negative speed, N·m or N.
+        negative: f64,
+        /// Coulomb torque at positive speed, N·m or N.
+        positive: f64,
+    },
+    /// A simulation cannot go on.
+    #[error("the simulation stops at {time} s: {reason}")]
+    Simulation {
+        /// Simulated time, s.
+        time: f64,
+        /// Why, with the joint or the numbers.
+        reason: String,
+    },
+    /// A motion that is to be followed is not one.
+    #[error("reference motion: {reason}")]
+    Reference {
+        /// What is wrong, with the sample.
+        reason: String,
+    },
     /// No joint angles of the PUMA 560 put its wrist there.
     #[error(
         "the wrist cannot be at ({}, {}, {}) m from the shoulder: {reason}",

@@ -62,6 +62,16 @@ impl Law {
         self.viscous * qd + self.coulomb(qd)
     }
 
+    /// Torque per joint speed, N·m·s/rad or N·s/m.
+    pub(crate) fn viscous(&self) -> f64 {
+        self.viscous
+    }
+
+    /// What friction can be at rest: from the Coulomb torque of negative to that of positive speed.
+    pub(crate) fn at_rest(&self) -> (f64, f64) {
+        (self.coulomb_negative, self.coulomb_positive)
+    }
+
     /// The part that depends on the direction alone, N·m or N.
     #[inline]
     fn coulomb(&self, qd: f64) -> f64 {
@@ -93,6 +103,21 @@ impl JointFriction {
         Self {
             modern: law(ratio * ratio, ratio.abs()),
             toolbox_2008: law(ratio, ratio),
+        }
+    }
+}
+
+impl JointFriction {
+    /// The law under a convention.
+    pub(crate) fn law(&self, friction: Friction) -> Law {
+        match friction {
+            Friction::None => Law {
+                viscous: 0.0,
+                coulomb_positive: 0.0,
+                coulomb_negative: 0.0,
+            },
+            Friction::Modern => self.modern,
+            Friction::Toolbox2008 => self.toolbox_2008,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod allocations;
 mod classical;
+mod closed_loop;
 mod context_rank;
 mod fixture;
 mod golden;
@@ -13,6 +14,8 @@ mod puma_files;
 mod random_tree;
 mod scenario;
 mod sidecar;
+mod simulation;
+mod stick_slip;
 mod urdf_arm;
 mod urdf_files;
 mod urdf_traps;

@@ -7,6 +7,7 @@
 //! Section 5.
 
 pub mod bench;
+pub mod closed_loop;
 pub mod context;
 pub mod models;
 mod normal;
@@ -28,6 +29,7 @@ use crate::error::BenchError;
 /// not what the module reads; those of its models and pictures.
 pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
     match experiment.name.as_str() {
+        "closed_loop" => closed_loop::make(experiment, bench),
         "context" => context::make(experiment, bench),
         "models" => models::make(experiment, bench),
         "novel" => novel::make(experiment, bench),

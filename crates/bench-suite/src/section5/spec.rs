@@ -12,13 +12,17 @@ use crate::spec::{Profile, Prose};
 pub const GROUP: &str = "section5";
 
 /// Sources of the experiments, in the order in which they are made.
-const SOURCES: [(&str, &str); 3] = [
+const SOURCES: [(&str, &str); 4] = [
     ("models.toml", include_str!("../../experiments/models.toml")),
     (
         "context.toml",
         include_str!("../../experiments/context.toml"),
     ),
     ("novel.toml", include_str!("../../experiments/novel.toml")),
+    (
+        "closed_loop.toml",
+        include_str!("../../experiments/closed_loop.toml"),
+    ),
 ];
 
 /// What an experiment works with.

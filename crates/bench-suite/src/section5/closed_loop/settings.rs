@@ -1,0 +1,137 @@
+//! What the experiment's TOML says.
+
+use serde::Deserialize;
+
+use crate::error::BenchError;
+use crate::section5::training_set::TrainingSet;
+use crate::split::TrajectoryId;
+
+/// Settings of a profile.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// Training samples of a joint, of all loads together.
+    pub n_total: usize,
+    /// Trajectories not trained on, whole.
+    held_out: Vec<String>,
+    /// Known loads that the arm carries, from 1.
+    pub loads: Vec<usize>,
+    /// Samples of c15 that the models adapt to.
+    pub new_samples: usize,
+    /// Trajectories that the arm follows.
+    followed: Vec<String>,
+    /// Bandwidths of the gains, rad/s, ascending.
+    pub bandwidths: Vec<f64>,
+    /// Damping ratio of the gains.
+    pub damping_ratio: f64,
+    /// Steps of the integration from one tick to the next.
+    pub n_steps: usize,
+    /// The obstacle.
+    pub wall: Obstacle,
+    /// The change of load.
+    pub switch: Switch,
+}
+
+/// A wall in the way of a trajectory.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Obstacle {
+    /// Trajectory that leads into it.
+    trajectory: String,
+    /// Load that the arm carries, from 1.
+    pub load: usize,
+    /// Distance from the path's centre, as a part of the path's half width.
+    pub share: f64,
+    /// N/m.
+    pub stiffness: f64,
+    /// s/m.
+    pub dissipation: f64,
+}
+
+/// A load changed for another half-way.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Switch {
+    /// Trajectory that the arm follows.
+    trajectory: String,
+    /// Loads before and after, from 1.
+    pub pairs: Vec<(usize, usize)>,
+    /// Bandwidth of the gains, rad/s.
+    pub bandwidth: f64,
+    /// Changes per second that the tracker expects.
+    pub rate: f64,
+    /// Samples that the tracker takes together.
+    pub window: usize,
+}
+
+impl Settings {
+    /// What the models are trained on.
+    ///
+    /// # Errors
+    /// `Experiment` for a trajectory that does not exist.
+    pub fn training_set(&self, name: &str) -> Result<TrainingSet, BenchError> {
+        let held_out = self.held_out.iter().map(|run| trajectory(name, run));
+        Ok(TrainingSet {
+            held_out: held_out.collect::<Result<_, _>>()?,
+            ..TrainingSet::of_table_2(self.n_total)
+        })
+    }
+
+    /// The trajectories that the arm follows.
+    ///
+    /// # Errors
+    /// `Experiment` for one that does not exist.
+    pub fn followed(&self, name: &str) -> Result<Vec<TrajectoryId>, BenchError> {
+        self.followed
+            .iter()
+            .map(|run| trajectory(name, run))
+            .collect()
+    }
+}
+
+impl Obstacle {
+    /// The trajectory that leads into the wall.
+    ///
+    /// # Errors
+    /// `Experiment` for one that does not exist.
+    pub fn trajectory(&self, name: &str) -> Result<TrajectoryId, BenchError> {
+        trajectory(name, &self.trajectory)
+    }
+}
+
+impl Switch {
+    /// The trajectory on which the load changes.
+    ///
+    /// # Errors
+    /// `Experiment` for one that does not exist.
+    pub fn trajectory(&self, name: &str) -> Result<TrajectoryId, BenchError> {
+        trajectory(name, &self.trajectory)
+    }
+}
+
+/// Name of a trajectory, such as p2s3.
+pub fn trajectory_name(id: TrajectoryId) -> String {
+    format!("p{}s{}", id.path_idx + 1, id.speed_idx + 1)
+}
+
+fn trajectory(experiment: &str, run: &str) -> Result<TrajectoryId, BenchError> {
+    let found = TrajectoryId::all().find(|id| trajectory_name(*id) == run);
+    found.ok_or_else(|| BenchError::Experiment {
+        name: experiment.to_string(),
+        message: format!("no trajectory is named {run}"),
+    })
+}
+
+#[cfg(test)]
+impl Obstacle {
+    /// Half-way to the side.
+    pub fn sample() -> Self {
+        Self {
+            trajectory: "p2s4".to_string(),
+            load: 3,
+            share: 0.5,
+            stiffness: 1e4,
+            dissipation: 1.0,
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! Where feed-forward torques come from, and the torques themselves at every tick of a reference.
+
+use faer::{Mat, MatRef};
+use gp_core::optimize::MinimizeOptions;
+use mtgp::{AdaptedPosterior, LatentFunctions, NewTorques, TaskProcess, fit_row_from_population};
+use puma_dyn::{
+    FeedForward, GravityFeedForward, JointState, ModelFeedForward, NoFeedForward, Tick,
+};
+
+use super::plant::Plant;
+use crate::cell::ModelKind;
+use crate::error::BenchError;
+use crate::models::Fitted;
+use crate::multi::draw::nested;
+use crate::section5::bench::Bench;
+use crate::section5::trained::Trained;
+use crate::section5::training_set::{SPLIT_SEED, TrainingSet};
+use crate::spec::N_JOINTS;
+use crate::split::Split;
+
+/// Seed of the samples of c15.
+const SEED: &str = "closed-loop";
+/// The load that no model of many loads has seen.
+pub const NEW_LOAD: usize = 15;
+
+/// A source of feed-forward torques.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Nothing: a PD controller.
+    Nothing,
+    /// Gravity of the arm and its load, both known.
+    Gravity,
+    /// LRc of the load's own samples.
+    Lr,
+    /// GPc of the load's own samples.
+    Gp,
+    /// iGP: the load's own samples, hyperparameters of all loads.
+    Igp,
+    /// mGP of rank 4; for c15, adapted to its samples.
+    Mgp,
+    /// The simulated arm itself.
+    Exact,
+}
+
+impl Source {
+    /// All, in the order of the tables.
+    pub const ALL: [Self; 7] = [
+        Self::Nothing,
+        Self::Gravity,
+        Self::Lr,
+        Self::Gp,
+        Self::Igp,
+        Self::Mgp,
+        Self::Exact,
+    ];
+
+    /// Name in tables, pictures and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nothing => "nothing",
+            Self::Gravity => "gravity",
+            Self::Lr => "LRc",
+            Self::Gp => "GPc",
+            Self::Igp => "iGP",
+            Self::Mgp => "mGP",
+            Self::Exact => "exact",
+        }
+    }
+}
+
+/// Feed-forward torques of one load at every tick, (n_ticks, 6).
+pub struct TorqueTable(pub Mat<f64>);
+
+/// Reads a table row by row.
+pub struct FromTable<'a> {
+    table: &'a TorqueTable,
+    tick: usize,
+}
+
+impl TorqueTable {
+    /// The table as feed-forward, from its first row.
+    pub fn feed_forward(&self) -> FromTable<'_> {
+        FromTable {
+            table: self,
+            tick: 0,
+        }
+    }
+
+    /// Torques at a tick.
+    pub fn row(&self, tick: usize, tau: &mut [f64]) {
+        for (joint, tau) in tau.iter_mut().enumerate() {
+            *tau = self.0[(tick, joint)];
+        }
+    }
+}
+
+impl FeedForward for FromTable<'_> {
+    fn torques(&mut self, _desired: &JointState, tau: &mut [f64]) {
+        self.table.row(self.tick, tau);
+    }
+
+    fn observe(&mut self, _tick: &Tick<'_>) {
+        self.tick += 1;
+    }
+}
+
+/// What all sources need.
+pub struct Sources<'a> {
+    pub plant: &'a Plant,
+    pub bench: &'a Bench,
+    pub set: &'a TrainingSet,
+    pub trained: &'a Trained,
+    pub new_samples: usize,
+}
+
+/// The models of one load, fitted to its own samples.
+pub struct Learned {
+    load: usize,
+    linear: Vec<Fitted>,
+    process: Vec<Fitted>,
+    /// For c15, which the mGP does not have.
+    adapted: Vec<AdaptedPosterior>,
+}
+
+impl Learned {
+    /// The load, from 1.
+    pub fn load(&self) -> usize {
+        self.load
+    }
+}
+
+impl Sources<'_> {
+    /// Learns a load, from 1, from its samples: those of the training set, or for c15 its own few.
+    ///
+    /// # Errors
+    /// `Fit`, `MultiTask`.
+    pub fn learn(&self, load: usize) -> Result<Learned, BenchError> {
+        let rows = if load == NEW_LOAD {
+            nested(
+                &Split::draw(SPLIT_SEED, load),
+                SEED,
+                load,
+                0,
+                self.new_samples,
+            )
+        } else {
+            self.set.rows(load)
+        };
+        let x = self.bench.data.x(&rows);
+        let mut learned = Learned {
+            load,
+            linear: Vec::new(),
+            process: Vec::new(),
+            adapted: Vec::new(),
+        };
+        for joint in 1..=N_JOINTS {
+            let torques = self.bench.data.torques(load, joint, &rows);
+            let fit = |kind| Fitted::fit(kind, x.as_ref(), &torques);
+            learned.linear.push(fit(ModelKind::LrCoulomb)?);
+            learned.process.push(fit(ModelKind::GpCoulomb)?);
+            if load == NEW_LOAD {
+                let process = &self.trained.mgp.learned()[joint - 1].1;
+                let adapted = adapt(process, x.as_ref(), &torques)?;
+                learned.adapted.push(adapted);
+            }
+        }
+        Ok(learned)
+    }
+
+    /// Torques of a source at the desired states `x`, (n, 18); none if it does not know the load.
+    ///
+    /// # Errors
+    /// `Fit`, `MultiTask`, `Dynamics`.
+    pub fn table(
+        &self,
+        source: Source,
+        learned: &Learned,
+        x: MatRef<'_, f64>,
+    ) -> Result<Option<TorqueTable>, BenchError> {
+        let load = learned.load;
+        let scenario = self.plant.scenario();
+        let (model, effects) = (scenario.model(), scenario.effects());
+        let context = self.plant.context(load)?;
+        let of_fits = |fits: &[Fitted]| columns(fits, |fit| fit.predict_mean(x));
+        let table = match source {
+            Source::Nothing => asked(NoFeedForward, x),
+            Source::Gravity => asked(GravityFeedForward::new(model, context), x),
+            Source::Exact => asked(ModelFeedForward::new(model, effects, context), x),
+            Source::Lr => of_fits(&learned.linear)?,
+            Source::Gp => of_fits(&learned.process)?,
+            Source::Mgp if load == NEW_LOAD => columns(&learned.adapted, |adapted| {
+                Ok(adapted.predict_mean(x, adapted.new_context())?)
+            })?,
+            Source::Igp if load == NEW_LOAD => return Ok(None),
+            Source::Igp => means(self.trained.igp.learned(), load - 1, x)?,
+            Source::Mgp => means(self.trained.mgp.learned(), load - 1, x)?,
+        };
+        Ok(Some(TorqueTable(table)))
+    }
+
+    /// Torques of the mGP in every known load at the desired states.
+    ///
+    /// # Errors
+    /// `MultiTask`.
+    pub fn all_loads(&self, x: MatRef<'_, f64>) -> Result<Vec<TorqueTable>, BenchError> {
+        let learned = self.trained.mgp.learned();
+        (0..self.set.n_contexts)
+            .map(|task| Ok(TorqueTable(means(learned, task, x)?)))
+            .collect()
+    }
+}
+
+/// Asks a feed-forward at every state.
+fn asked(mut feed_forward: impl FeedForward, x: MatRef<'_, f64>) -> Mat<f64> {
+    let mut torques = Mat::zeros(x.nrows(), N_JOINTS);
+    let (mut state, mut tau) = (JointState::zero(N_JOINTS), [0.0; N_JOINTS]);
+    for row in 0..x.nrows() {
+        for joint in 0..N_JOINTS {
+            state.q[joint] = x[(row, joint)];
+            state.qd[joint] = x[(row, N_JOINTS + joint)];
+            state.qdd[joint] = x[(row, 2 * N_JOINTS + joint)];
+        }
+        feed_forward.torques(&state, &mut tau);
+        for (joint, tau) in tau.iter().enumerate() {
+            torques[(row, joint)] = *tau;
+        }
+    }
+    torques
+}
+
+/// One column of predictions a joint.
+fn columns<T>(
+    joints: &[T],
+    predict: impl Fn(&T) -> Result<Vec<f64>, BenchError>,
+) -> Result<Mat<f64>, BenchError> {
+    let columns: Vec<Vec<f64>> = joints.iter().map(predict).collect::<Result<_, _>>()?;
+    Ok(Mat::from_fn(columns[0].len(), columns.len(), |row, col| {
+        columns[col][row]
+    }))
+}
+
+fn means(
+    joints: &[(usize, TaskProcess)],
+    task: usize,
+    x: MatRef<'_, f64>,
+) -> Result<Mat<f64>, BenchError> {
+    columns(joints, |(_, process)| {
+        let rows = process.covariance().rows_of(x, task)?;
+        Ok(process.posterior.predict_mean(rows.as_ref())?)
+    })
+}
+
+/// One joint of the mGP, conditioned on the samples of a new load.
+fn adapt(
+    process: &TaskProcess,
+    x: MatRef<'_, f64>,
+    torques: &[f64],
+) -> Result<AdaptedPosterior, BenchError> {
+    let latent = LatentFunctions::new(&process.posterior, x)?;
+    let new = NewTorques {
+        latent: &latent,
+        torques,
+    };
+    let known = process.covariance().task().rows();
+    let options = MinimizeOptions {
+        gradient_tolerance: 1e-3,
+        value_tolerance: 1e-6,
+        max_evaluations: 100,
+        max_recoveries: 5,
+    };
+    let fit = fit_row_from_population(&[new], &known, 1, &options)?;
+    let posterior = process.posterior.clone();
+    Ok(AdaptedPosterior::from_latent(posterior, fit.row, x, new)?)
+}

@@ -1,0 +1,116 @@
+//! From a log of torques to a controller that needs a fraction of the gains, in five steps.
+//!
+//! ```text
+//! cargo run --release -p cli --example learned_feed_forward
+//! ```
+#![expect(clippy::print_stdout, reason = "an example shows what it found")]
+
+use std::error::Error;
+
+use faer::Mat;
+use gp_core::{FitOptions, JointModel, Provenance, TorqueModel, TrainingRanges};
+use kernels::TorqueForm;
+use puma_dyn::{
+    ClosedLoop, CompositeController, Context, FeedForward, GravityFeedForward, JointState,
+    NoFeedForward, Rate, ReferenceMotion, Scenario,
+};
+
+const N_JOINTS: usize = 6;
+/// A sample of the log out of so many: 125 in all.
+const STRIDE: usize = 32;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    // 1. A robot that carries a load of 2 kg. Here it is simulated; it has friction, gears and rotors.
+    let scenario = Scenario::reference();
+    let (path, load) = (scenario.path_idx("p2")?, scenario.load_idx("c10")?);
+    let (model, effects) = (scenario.model(), scenario.effects());
+    let flange = model.frames().len() - 1;
+    let carried: Context = model.attach(flange, scenario.payload(load))?.into();
+
+    // 2. A log: states (q, q̇, q̈) and torques of one round at medium speed.
+    let run = scenario.trajectory(path, scenario.speed_idx("s3")?)?;
+    let torques = scenario.torques(&run, load);
+    let rows: Vec<usize> = (0..run.n_samples()).step_by(STRIDE).collect();
+    let x = Mat::from_fn(rows.len(), 3 * N_JOINTS, |row, col| {
+        run.states[rows[row] * 3 * N_JOINTS + col]
+    });
+
+    // 3. A Gaussian process for every joint, learned from the log alone.
+    let mut learned: Vec<(usize, JointModel)> = Vec::new();
+    for joint in 0..N_JOINTS {
+        let targets: Vec<f64> = rows
+            .iter()
+            .map(|row| torques[row * N_JOINTS + joint])
+            .collect();
+        let fit = gp_core::fit(
+            x.as_ref(),
+            &targets,
+            TorqueForm::Coulomb,
+            &FitOptions::several(),
+        )?;
+        learned.push((joint, fit.into()));
+    }
+    let names = model.joint_names().to_vec();
+    let provenance = Provenance {
+        data_sha256: [0; 32],
+        robot_sha256: None,
+        program: "example".to_owned(),
+        context: "c10".to_owned(),
+    };
+    let torque_model =
+        TorqueModel::new(names, learned, TrainingRanges::of(x.as_ref())?, provenance)?;
+
+    // 4. The model as feed-forward: means at the desired state, without an allocation a tick.
+    let predictor = torque_model.predictor();
+    let mut scratch = predictor.scratch();
+    let (mut state, mut var) = ([0.0; 3 * N_JOINTS], [0.0; N_JOINTS]);
+    let mut from_log = |desired: &JointState, tau: &mut [f64]| {
+        let numbers = desired.q.iter().chain(&desired.qd).chain(&desired.qdd);
+        state
+            .iter_mut()
+            .zip(numbers)
+            .for_each(|(x, number)| *x = *number);
+        if predictor
+            .predict_into(&mut scratch, &state, tau, &mut var)
+            .is_err()
+        {
+            tau.fill(f64::NAN); // stops the loop with the joint's name
+        }
+    };
+
+    // 5. The loop at 1 kHz: the same path again, under three feed-forwards and four bandwidths.
+    let reference = ReferenceMotion::new(N_JOINTS, run.time.clone(), run.states.clone())?;
+    let rate = Rate {
+        period: 1e-3,
+        n_steps: 1,
+    };
+    let inertias = [3.0, 4.5, 1.2, 0.2, 0.18, 0.2]; // kg m², what each joint turns, roughly
+    println!("RMS error over all joints, mrad");
+    println!(
+        "{:>10} {:>10} {:>10} {:>10}",
+        "ω (rad/s)", "nothing", "gravity", "learned"
+    );
+    for bandwidth in [2.0, 4.0, 8.0, 16.0] {
+        let controller = CompositeController::with_bandwidth(&inertias, bandwidth, 1.0)?;
+        let track = |feed_forward: &mut dyn FnMut(&JointState, &mut [f64])| {
+            let mut robot = ClosedLoop::new(model, effects, carried.clone(), &reference, rate)?;
+            let (mut squares, mut n) = (0.0, 0.0);
+            let mut feed_forward =
+                |desired: &JointState, tau: &mut [f64]| feed_forward(desired, tau);
+            robot.run(&controller, &mut feed_forward, f64::INFINITY, |tick| {
+                let errors = tick.desired.q.iter().zip(tick.q);
+                squares += errors
+                    .map(|(desired, q)| (desired - q).powi(2))
+                    .sum::<f64>();
+                n += N_JOINTS as f64;
+            })?;
+            Ok::<f64, Box<dyn Error>>(1e3 * (squares / n).sqrt())
+        };
+        let mut gravity = GravityFeedForward::new(model, carried.clone());
+        let nothing = track(&mut |desired, tau| NoFeedForward.torques(desired, tau))?;
+        let with_gravity = track(&mut |desired, tau| gravity.torques(desired, tau))?;
+        let with_log = track(&mut from_log)?;
+        println!("{bandwidth:>10} {nothing:>10.3} {with_gravity:>10.3} {with_log:>10.3}");
+    }
+    Ok(())
+}
