@@ -22,6 +22,7 @@ mod model_file;
 mod optimizer;
 mod predictor;
 mod recovery;
+mod rigid_body;
 mod samples;
 mod threads;
 mod torque_models;

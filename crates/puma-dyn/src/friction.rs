@@ -62,6 +62,11 @@ impl Law {
         self.viscous * qd + self.coulomb(qd)
     }
 
+    /// Viscous coefficient and Coulomb levels of either direction.
+    pub(crate) fn parameters(&self) -> [f64; 3] {
+        [self.viscous, self.coulomb_positive, self.coulomb_negative]
+    }
+
     /// The part that depends on the direction alone, N·m or N.
     #[inline]
     fn coulomb(&self, qd: f64) -> f64 {

@@ -16,6 +16,7 @@ mod aba;
 mod crba;
 mod description;
 mod dh;
+mod drive_regressor;
 mod energy;
 mod error;
 mod forward_kin;
@@ -49,6 +50,9 @@ pub use description::{
     RobotDescription,
 };
 pub use dh::DhLink;
+pub use drive_regressor::{
+    N_DRIVE_PARAMETERS, drive_parameters, drive_regressor, full_regressor,
+};
 pub use energy::{kinetic_energy, potential_energy};
 pub use error::DynError;
 pub use forward_kin::forward_kinematics;
