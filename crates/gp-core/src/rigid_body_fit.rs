@@ -48,10 +48,11 @@ impl ParameterPrior {
         if found != expected || self.std.len() != expected {
             return Err(GpError::WrongCovariates { found, expected });
         }
-        let of_row = |row| (0..expected).map(|col| regressor[(row, col)] * self.mean[col]);
-        Ok((0..regressor.nrows())
-            .map(|row| of_row(row).sum())
-            .collect())
+        let of_row = |row| {
+            let terms = (0..expected).map(|col| regressor[(row, col)] * self.mean[col]);
+            terms.sum()
+        };
+        Ok((0..regressor.nrows()).map(of_row).collect())
     }
 
     /// The covariance of Y(x)(π − π₀) in rows of `n_inputs` columns and then Y(x).
