@@ -1,8 +1,9 @@
-//! The experiments by name: those about the data, those with one context and those with many.
+//! The experiments by name: those about the data, those with one context, those with many, and those of section 5.
 
 use crate::data_figures::spec::DataExperiment;
 use crate::error::BenchError;
 use crate::multi::spec::MultiExperiment;
+use crate::section5::spec::{GROUP, Section5Experiment};
 use crate::spec::Experiment;
 
 /// Experiments, each kind in the order of the chapter.
@@ -14,6 +15,8 @@ pub struct Catalogue {
     pub one: Vec<Experiment>,
     /// Section 4.6.
     pub many: Vec<MultiExperiment>,
+    /// Section 5; `section5` names all of them.
+    pub section5: Vec<Section5Experiment>,
 }
 
 impl Catalogue {
@@ -26,6 +29,7 @@ impl Catalogue {
             data: DataExperiment::all()?,
             one: Experiment::all()?,
             many: MultiExperiment::all()?,
+            section5: Section5Experiment::all()?,
         })
     }
 
@@ -36,11 +40,11 @@ impl Catalogue {
     pub fn named(names: &[String]) -> Result<Self, BenchError> {
         let mut catalogue = Self::all()?;
         let known = catalogue.names();
-        if let Some(name) = names.iter().find(|name| !known.contains(name)) {
+        if let Some(name) = (names.iter()).find(|name| !known.contains(name) && *name != GROUP) {
             return Err(BenchError::UnknownName {
                 what: "experiment",
                 name: name.clone(),
-                known: known.join(", "),
+                known: format!("{}, {GROUP}", known.join(", ")),
             });
         }
         let is_chosen = |name: &String| names.is_empty() || names.contains(name);
@@ -53,14 +57,32 @@ impl Catalogue {
         catalogue
             .many
             .retain(|experiment| is_chosen(&experiment.name));
+        let is_group_chosen = names.iter().any(|name| name == GROUP);
+        catalogue
+            .section5
+            .retain(|experiment| is_group_chosen || is_chosen(&experiment.name));
         Ok(catalogue)
     }
 
-    fn names(&self) -> Vec<String> {
+    /// Names of the experiments whose averages the regression check compares.
+    ///
+    /// # Errors
+    /// As in [`Self::all`].
+    pub fn scored_names() -> Result<Vec<String>, BenchError> {
+        let Self { one, many, .. } = Self::all()?;
+        let one = one.into_iter().map(|experiment| experiment.name);
+        let many = many.into_iter().map(|experiment| experiment.name);
+        Ok(one.chain(many).collect())
+    }
+
+    /// Names of all experiments.
+    pub fn names(&self) -> Vec<String> {
         let data = self.data.iter().map(|experiment| &experiment.name);
         let one = self.one.iter().map(|experiment| &experiment.name);
         let many = self.many.iter().map(|experiment| &experiment.name);
-        data.chain(one).chain(many).cloned().collect()
+        let section5 = self.section5.iter().map(|experiment| &experiment.name);
+        let names = data.chain(one).chain(many).chain(section5);
+        names.cloned().collect()
     }
 }
 
@@ -77,11 +99,19 @@ mod tests {
     }
 
     #[test]
+    fn the_group_means_all_of_section_5() {
+        let group = Catalogue::named(&["section5".to_string()]).unwrap();
+        assert_eq!(group.names(), Section5Experiment::names().unwrap());
+    }
+
+    #[test]
     fn unknown_names_are_refused_with_the_known_ones() {
         let error = Catalogue::named(&["fig70".to_string()]).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "unknown experiment \"fig70\"; known: fig02, table1, fig03, fig04, fig05, fig06, table2, table3, fig07, fig08, fig10, fig11"
-        );
+        let known =
+            "fig02, table1, fig03, fig04, fig05, fig06, table2, table3, fig07, fig08, fig10, fig11";
+        let message = error.to_string();
+        let expected = format!("unknown experiment \"fig70\"; known: {known}, ");
+        assert!(message.starts_with(&expected), "{message}");
+        assert!(message.ends_with(", section5"), "{message}");
     }
 }

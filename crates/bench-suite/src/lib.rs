@@ -17,6 +17,7 @@ pub mod regression;
 pub mod report;
 pub mod reproduce;
 pub mod run;
+pub mod section5;
 pub mod seed;
 pub mod spec;
 pub mod split;

@@ -87,6 +87,7 @@ fn print(reproduction: &Reproduction) {
     if let Some(many) = &reproduction.many {
         print_many(many);
     }
+    print_findings(&reproduction.section5);
     let directory = reproduction.directory.display();
     println!("Report, figures and CSV files: {directory}/report.md");
 }
@@ -142,7 +143,7 @@ fn print_seconds<W: Work>(title: &str, table: &str, outcome: &RunOutcome<W>) {
 fn nmse_regression(flags: &NmseRegression) -> anyhow::Result<ExitCode> {
     let reproduction = reproduce(&Request {
         profile: Profile::Smoke,
-        only: Vec::new(),
+        only: Catalogue::scored_names()?,
         output: flags.output.clone(),
         selection: Selection::default(),
         multi_selection: MultiSelection::default(),
@@ -213,6 +214,9 @@ fn list() -> anyhow::Result<ExitCode> {
                 scope.ranks
             );
         }
+    }
+    for experiment in &catalogue.section5 {
+        println!("{:8} {}", experiment.name, experiment.title);
     }
     Ok(ExitCode::SUCCESS)
 }

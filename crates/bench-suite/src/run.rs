@@ -184,7 +184,8 @@ fn longest_first(cells: &[Cell]) -> Vec<usize> {
     order
 }
 
-fn thread_pool(n_threads: usize) -> Result<rayon::ThreadPool, BenchError> {
+/// A pool of `n_threads` threads, 0 for one a core.
+pub(crate) fn thread_pool(n_threads: usize) -> Result<rayon::ThreadPool, BenchError> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(n_threads)
         .build()

@@ -2,4 +2,5 @@
 
 mod command_line;
 mod repeatable;
+mod section5;
 mod units;

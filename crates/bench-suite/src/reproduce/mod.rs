@@ -23,7 +23,10 @@ use crate::multi::unit::Unit;
 use crate::report::averages::Averages;
 use crate::report::markdown::Page;
 use crate::report::text_table::TextTable;
-use crate::run::{Reuse, RunOutcome, run};
+use crate::run::{Reuse, RunOutcome, run, thread_pool};
+use crate::section5;
+use crate::section5::bench::Bench;
+use crate::section5::spec::Section5Experiment;
 use crate::spec::{Experiment, Profile, Scope, Selection};
 use crate::store::{MANY_MEASURED_BY, MEASURED_BY, Store, Work};
 
@@ -62,6 +65,8 @@ pub struct Reproduction {
     pub one: Option<OneContext>,
     /// What section 4.6 gave, if one of its experiments was chosen.
     pub many: Option<ManyContexts>,
+    /// What section 5 asks for beside what was found, for the terminal.
+    pub section5: Findings,
 }
 
 /// What came out of the experiments with one context.
@@ -96,7 +101,12 @@ impl Reproduction {
 /// `UnknownName` if the request names an experiment that does not exist; `Experiment` if a size cannot
 /// be shared out among the contexts; `Io` if a file cannot be written; the errors of [`run`].
 pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
-    let Catalogue { data, one, many } = Catalogue::named(&request.only)?;
+    let Catalogue {
+        data,
+        one,
+        many,
+        section5,
+    } = Catalogue::named(&request.only)?;
     let one = scoped_one(one, request)?;
     let many = scoped_many(many, request)?;
 
@@ -104,6 +114,7 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let about_data = page::sections(&data)?;
     let of_one = run_one(&one, request)?;
     let of_many = run_many(&many, request)?;
+    let of_section5 = run_section5(&section5, request)?;
     count(&mut manifest, of_one.as_ref());
     count(&mut manifest, of_many.as_ref());
 
@@ -130,6 +141,7 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
         None => None,
     };
 
+    let section5 = section5_part(&of_section5, &mut page, &mut files);
     files.add("report.md", page.into_text());
     let text = toml::to_string(&manifest).map_err(|e| BenchError::malformed("manifest.toml", e))?;
     files.add("manifest.toml", text);
@@ -139,7 +151,40 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
         about_data,
         one,
         many,
+        section5,
     })
+}
+
+/// Sections of section 5; none with `--from results`, as they are computed and not stored.
+fn run_section5<'a>(
+    experiments: &'a [Section5Experiment],
+    request: &Request,
+) -> Result<Vec<(&'a Section5Experiment, Section)>, BenchError> {
+    if experiments.is_empty() || request.reuse == Reuse::Results {
+        return Ok(Vec::new());
+    }
+    thread_pool(request.n_threads)?.install(|| {
+        let bench = Bench::new(request.profile, &request.output, request.reuse)?;
+        section5::page::sections(experiments, &bench)
+    })
+}
+
+/// Sections and files of section 5; the findings once more for the terminal.
+fn section5_part(
+    sections: &[(&Section5Experiment, Section)],
+    page: &mut Page,
+    files: &mut Files,
+) -> Findings {
+    let mut found = Findings::new();
+    for (experiment, section) in sections {
+        section5::page::write(page, experiment, section);
+        for (name, contents) in &section.files {
+            files.add(name, contents.clone());
+        }
+        found.push((experiment.title.clone(), section5::page::sentences(section)));
+    }
+    found.retain(|(_, sentences)| !sentences.is_empty());
+    found
 }
 
 /// Sections and files about the data; the findings once more for the terminal.

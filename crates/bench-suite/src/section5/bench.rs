@@ -1,0 +1,45 @@
+//! What the experiments of section 5 have in common: the profile, the data and the models.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::trained::{Shelf, Trained};
+use super::training_set::TrainingSet;
+use crate::dataset::DataSet;
+use crate::error::BenchError;
+use crate::run::Reuse;
+use crate::spec::Profile;
+use crate::split::UNIQUE;
+
+/// Profile, data of all 15 loads, and the models that have been or will be fitted.
+pub struct Bench {
+    /// Amount of work.
+    pub profile: Profile,
+    /// States and torques under every load.
+    pub data: DataSet,
+    shelf: Shelf,
+}
+
+impl Bench {
+    /// Simulates the data; models are kept in `output`/models.
+    ///
+    /// # Errors
+    /// As for [`DataSet::simulate`].
+    pub fn new(profile: Profile, output: &Path, reuse: Reuse) -> Result<Self, BenchError> {
+        let loads: BTreeSet<usize> = (1..=UNIQUE.len()).collect();
+        Ok(Self {
+            profile,
+            data: DataSet::simulate(&loads)?,
+            shelf: Shelf::new(output.join("models"), reuse),
+        })
+    }
+
+    /// The models of a training set, fitted if they are not there.
+    ///
+    /// # Errors
+    /// As for [`Shelf::trained`].
+    pub fn trained(&self, set: &TrainingSet) -> Result<Arc<Trained>, BenchError> {
+        self.shelf.trained(set, &self.data)
+    }
+}

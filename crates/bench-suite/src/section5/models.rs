@@ -1,0 +1,125 @@
+//! The shared models themselves: how they were fitted and how they predict.
+
+use faer::Mat;
+use mtgp::{MultiTaskModel, TaskProcess};
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use super::bench::Bench;
+use super::spec::Section5Experiment;
+use super::training_set::{SPLIT_SEED, TrainingSet};
+use crate::data_figures::section::{Section, csv};
+use crate::error::BenchError;
+use crate::metrics::nmse;
+use crate::report::text_table::{TextTable, score};
+use crate::split::Split;
+
+/// Settings of a profile.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    n_total: usize,
+}
+
+/// One joint of one model.
+struct Line {
+    model: String,
+    joint: usize,
+    log_marginal: f64,
+    noise_std: f64,
+    /// Order of the factor that a prediction works with.
+    basis: usize,
+    interp: f64,
+    extrap: f64,
+}
+
+/// Makes the table.
+///
+/// # Errors
+/// `Experiment`, and those of [`Bench::trained`].
+pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
+    let settings: Settings = experiment.settings(bench.profile)?;
+    let set = TrainingSet::of_table_2(settings.n_total);
+    let trained = bench.trained(&set)?;
+    let models = [&trained.mgp, &trained.igp, &trained.pgp];
+    let processes: Vec<&(usize, TaskProcess)> = models
+        .into_iter()
+        .flat_map(MultiTaskModel::learned)
+        .collect();
+    let splits: Vec<Split> = (1..=set.n_contexts)
+        .map(|load| Split::draw(SPLIT_SEED, load))
+        .collect();
+    let lines: Vec<Line> = processes
+        .into_par_iter()
+        .map(|(joint_idx, process)| line(bench, &splits, joint_idx + 1, process))
+        .collect::<Result<_, _>>()?;
+    Ok(section(&lines))
+}
+
+fn line(
+    bench: &Bench,
+    splits: &[Split],
+    joint: usize,
+    process: &TaskProcess,
+) -> Result<Line, BenchError> {
+    let (mut interp, mut extrap) = (0.0, 0.0);
+    for (task, split) in splits.iter().enumerate() {
+        let x: Mat<f64> = bench.data.x(&split.extrap);
+        let rows = process.covariance().rows_of(x.as_ref(), task)?;
+        let mean = process.posterior.predict_mean(rows.as_ref())?;
+        let torques = bench.data.torques(task + 1, joint, &split.extrap);
+        extrap += nmse(&mean, &torques)?;
+        let places = split.interp_in_extrap();
+        let at = |values: &[f64]| places.iter().map(|&i| values[i]).collect::<Vec<f64>>();
+        interp += nmse(&at(&mean), &at(&torques))?;
+    }
+    let m = splits.len() as f64;
+    Ok(Line {
+        model: process.name(),
+        joint,
+        log_marginal: process.summary.log_marginal,
+        noise_std: process.noise_var().sqrt(),
+        basis: process.summary.rank,
+        interp: interp / m,
+        extrap: extrap / m,
+    })
+}
+
+fn section(lines: &[Line]) -> Section {
+    let header = [
+        "model",
+        "joint",
+        "log likelihood",
+        "σ (N·m)",
+        "rank",
+        "interp",
+        "extrap",
+    ];
+    let row = |line: &Line| {
+        vec![
+            line.model.clone(),
+            line.joint.to_string(),
+            format!("{:.1}", line.log_marginal),
+            format!("{:.3}", line.noise_std),
+            line.basis.to_string(),
+            score(Some(line.interp)),
+            score(Some(line.extrap)),
+        ]
+    };
+    let mut section = Section {
+        table: Some(TextTable {
+            header: header.map(String::from).to_vec(),
+            rows: lines.iter().map(row).collect(),
+            n_left: 1,
+        }),
+        ..Section::default()
+    };
+    let numbers = lines.iter().map(|line| {
+        let labels = vec![line.model.clone(), line.joint.to_string()];
+        let numbers = [line.log_marginal, line.noise_std, line.interp, line.extrap];
+        (labels, numbers.to_vec())
+    });
+    let header = "model,joint,log_marginal_likelihood,noise_std,nmse_interp,nmse_extrap";
+    section.file("section5_models.csv", csv(header, numbers));
+    section
+}

@@ -1,0 +1,48 @@
+//! The sections of the report about section 5.
+
+use super::bench::Bench;
+use super::make;
+use super::spec::Section5Experiment;
+use crate::data_figures::section::Section;
+use crate::error::BenchError;
+use crate::report::markdown::Page;
+use crate::report::text_table::TextTable;
+
+/// Sections of the experiments, each with its description.
+///
+/// # Errors
+/// Those of [`make`].
+pub fn sections<'a>(
+    experiments: &'a [Section5Experiment],
+    bench: &Bench,
+) -> Result<Vec<(&'a Section5Experiment, Section)>, BenchError> {
+    let section = |experiment| Ok((experiment, make(experiment, bench)?));
+    experiments.iter().map(section).collect()
+}
+
+/// Adds one section to the page: picture, table, what was asked for beside what was found, and how to read it.
+pub fn write(page: &mut Page, experiment: &Section5Experiment, section: &Section) {
+    page.section(&experiment.title);
+    if let Some((caption, file)) = &section.picture {
+        page.picture(caption, file);
+    }
+    if let Some(table) = &section.table {
+        page.table(table);
+    }
+    if !section.findings.is_empty() {
+        let header = ["asked for", "found"].map(String::from).to_vec();
+        page.table(&TextTable {
+            header,
+            ..section.comparison()
+        });
+    }
+    page.prose(&experiment.text.analysis);
+}
+
+/// The findings as sentences for the terminal.
+pub fn sentences(section: &Section) -> Vec<String> {
+    let sentence = |finding: &crate::data_figures::section::Finding| {
+        format!("{}: {}.", finding.chapter, finding.here)
+    };
+    section.findings.iter().map(sentence).collect()
+}

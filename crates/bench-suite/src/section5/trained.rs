@@ -1,0 +1,183 @@
+//! The models that the experiments share: fitted once, kept as model files.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use gp_core::{Provenance, TrainingRanges};
+use mtgp::{
+    ModelParts, MultiTaskModel, MultiTaskOptions, StageOne, TaskFit, TaskProcess, fit_ranks,
+};
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+use super::training_set::{Samples, TrainingSet};
+use crate::dataset::DataSet;
+use crate::digest::sha256_hex;
+use crate::error::BenchError;
+use crate::run::Reuse;
+use crate::spec::N_JOINTS;
+use crate::store::write_atomically;
+
+/// Fingerprint of sources, data and dependencies behind a model, made by the build script.
+const TRAINED_BY: &str = env!("TRAINED_BY");
+
+/// Rank of the mGP: what BIC chooses at most sizes in section 4.6.
+pub const RANK: usize = 4;
+
+/// The models of one training set, each of all six joints.
+#[derive(Debug, Clone)]
+pub struct Trained {
+    /// Rank [`RANK`].
+    pub mgp: MultiTaskModel,
+    /// K^ρ = I.
+    pub igp: MultiTaskModel,
+    /// K^ρ = 11ᵀ.
+    pub pgp: MultiTaskModel,
+}
+
+/// Directory of model files, each named by the hash of everything that determines it.
+pub struct Shelf {
+    dir: PathBuf,
+    reuse: Reuse,
+    /// What this run has used, by key.
+    open: Mutex<BTreeMap<String, Arc<Trained>>>,
+}
+
+impl Shelf {
+    /// A shelf in a directory, which is created with the first model.
+    pub fn new(dir: PathBuf, reuse: Reuse) -> Self {
+        Self {
+            dir,
+            reuse,
+            open: Mutex::new(BTreeMap::new()),
+        }
+    }
+
+    /// The models of a training set: of this run, of an earlier one, or fitted now.
+    ///
+    /// The joints are fitted side by side on the threads of the pool that this runs in, each
+    /// on one thread: the same bits for any number of them.
+    ///
+    /// # Errors
+    /// `MultiTask` or `Fit` if a joint cannot be learned; `Io` if a file cannot be written.
+    /// # Panics
+    /// If the data lack one of the loads.
+    pub fn trained(&self, set: &TrainingSet, data: &DataSet) -> Result<Arc<Trained>, BenchError> {
+        let key = format!("format 1; trained by {TRAINED_BY}; {}", set.key());
+        let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(trained) = open.get(&key) {
+            return Ok(Arc::clone(trained));
+        }
+        let kept = (self.reuse != Reuse::Scratch).then(|| self.load(&key));
+        let trained = match kept.flatten() {
+            Some(trained) => trained,
+            None => self.save(&key, fit(set, data)?)?,
+        };
+        let trained = Arc::new(trained);
+        open.insert(key, Arc::clone(&trained));
+        Ok(trained)
+    }
+
+    /// The models of an earlier run; an unreadable file counts as missing.
+    fn load(&self, key: &str) -> Option<Trained> {
+        let read = |model| {
+            let bytes = std::fs::read(self.path(key, model)).ok()?;
+            MultiTaskModel::from_bytes(&bytes).ok()
+        };
+        Some(Trained {
+            mgp: read("mgp")?,
+            igp: read("igp")?,
+            pgp: read("pgp")?,
+        })
+    }
+
+    fn save(&self, key: &str, trained: Trained) -> Result<Trained, BenchError> {
+        std::fs::create_dir_all(&self.dir).map_err(BenchError::io(&self.dir))?;
+        let models = [
+            ("mgp", &trained.mgp),
+            ("igp", &trained.igp),
+            ("pgp", &trained.pgp),
+        ];
+        for (name, model) in models {
+            write_atomically(&self.path(key, name), &model.to_bytes())?;
+        }
+        Ok(trained)
+    }
+
+    /// File of one of the models.
+    fn path(&self, key: &str, model: &str) -> PathBuf {
+        let hash = sha256_hex(key.as_bytes());
+        self.dir.join(format!("{model}-{}.tgp", &hash[..16]))
+    }
+}
+
+/// One joint's fits: mGP, iGP and pGP.
+struct JointFits([TaskFit; 3]);
+
+/// Fits all joints of a training set.
+///
+/// # Errors
+/// `MultiTask` or `Fit`.
+/// # Source
+/// A.3.
+pub fn fit(set: &TrainingSet, data: &DataSet) -> Result<Trained, BenchError> {
+    let samples = set.samples(data)?;
+    let fits: Vec<JointFits> = (1..=N_JOINTS)
+        .into_par_iter()
+        .map(|joint| fit_joint(&samples, data, joint))
+        .collect::<Result<_, BenchError>>()?;
+    let mut processes: [Vec<(usize, TaskProcess)>; 3] = Default::default();
+    for (joint_idx, JointFits(fits)) in fits.into_iter().enumerate() {
+        for (list, fit) in processes.iter_mut().zip(fits) {
+            list.push((joint_idx, fit.into()));
+        }
+    }
+    let [mgp, igp, pgp] = processes.map(|learned| model(set, &samples, learned));
+    Ok(Trained {
+        mgp: mgp?,
+        igp: igp?,
+        pgp: pgp?,
+    })
+}
+
+fn fit_joint(samples: &Samples, data: &DataSet, joint: usize) -> Result<JointFits, BenchError> {
+    let targets = samples.targets(data, joint);
+    let options = MultiTaskOptions::several();
+    let stage_one = StageOne::new(&samples.stacked, &targets, &options)?;
+    let fits = fit_ranks(&samples.stacked, &targets, &[RANK], &stage_one, &options)?;
+    let mgp = fits.into_iter().next().expect("one fit a rank");
+    Ok(JointFits([mgp, stage_one.independent, stage_one.pooled]))
+}
+
+/// The model file's contents.
+fn model(
+    set: &TrainingSet,
+    samples: &Samples,
+    learned: Vec<(usize, TaskProcess)>,
+) -> Result<MultiTaskModel, BenchError> {
+    let n_each = set.n_each();
+    let of_context = |task: usize| {
+        let rows = samples.stacked.covariates();
+        TrainingRanges::of(rows.subrows(task * n_each, n_each))
+    };
+    let context_ranges: Result<_, _> = (0..set.n_contexts).map(of_context).collect();
+    Ok(MultiTaskModel::new(ModelParts {
+        joint_names: (1..=N_JOINTS)
+            .map(|joint| format!("joint{joint}"))
+            .collect(),
+        contexts: (1..=set.n_contexts)
+            .map(|load| format!("c{load}"))
+            .collect(),
+        learned,
+        ranges: TrainingRanges::of(samples.x.as_ref())?,
+        context_ranges: context_ranges?,
+        selection: None,
+        provenance: Provenance {
+            data_sha256: Sha256::digest(set.key()).into(),
+            robot_sha256: None,
+            program: concat!("bench-suite ", env!("CARGO_PKG_VERSION")).to_string(),
+            context: String::new(),
+        },
+    })?)
+}
