@@ -25,6 +25,7 @@ mod pivot_choice;
 mod pivoted;
 mod posterior;
 mod rigid_body_fit;
+pub mod sampling;
 mod search;
 mod tiled;
 

@@ -24,5 +24,6 @@ mod predictor;
 mod recovery;
 mod rigid_body;
 mod samples;
+mod sampling;
 mod threads;
 mod torque_models;
