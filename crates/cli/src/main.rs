@@ -45,7 +45,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{evaluate, fit, inspect, inverse_dynamics, likelihood, predict, simulate};
+use crate::commands::{
+    evaluate, fit, inspect, inverse_dynamics, likelihood, predict, sample, simulate,
+};
 use crate::error::CliError;
 
 /// Exit status for bad input or usage, the same as clap's own.
@@ -70,6 +72,7 @@ enum Command {
     Evaluate(evaluate::Args),
     Inspect(inspect::Args),
     Likelihood(likelihood::Args),
+    Sample(sample::Args),
 }
 
 fn main() -> ExitCode {
@@ -81,6 +84,7 @@ fn main() -> ExitCode {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Likelihood(args) => likelihood::run(&args),
+        Command::Sample(args) => sample::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

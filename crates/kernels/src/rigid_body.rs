@@ -1,6 +1,7 @@
 //! The covariance of torques that are linear in parameters with a Gaussian prior, τ = Y(x)π.
 
-use faer::{Mat, MatMut, MatRef};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::covariance::Covariance;
 use crate::error::KernelError;
@@ -83,19 +84,27 @@ impl RigidBody {
 
     /// Prior covariance s²Σ of the parameters, (p, p).
     pub fn parameter_covariance(&self) -> Mat<f64> {
-        self.spread * self.spread * (&self.root * self.root.transpose())
+        let scale = self.spread * self.spread;
+        product(self.root.as_ref(), self.root.transpose(), scale)
     }
 
     /// The features YR, (n, k): independent standard normal weights of theirs make the prior at s = 1.
     fn features(&self, y: MatRef<'_, f64>) -> Mat<f64> {
         assert_eq!(y.ncols(), self.n_parameters(), "a row is one of Y");
-        y * &self.root
+        product(y, self.root.as_ref(), 1.0)
     }
 
     /// s for every feature.
     fn weights(&self) -> Vec<f64> {
         vec![self.spread; self.root.ncols()]
     }
+}
+
+/// scale · a b, on one thread.
+fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>, scale: f64) -> Mat<f64> {
+    let mut out = Mat::zeros(a.nrows(), b.ncols());
+    matmul(out.as_mut(), Accum::Replace, a, b, scale, Par::Seq);
+    out
 }
 
 impl Covariance for RigidBody {

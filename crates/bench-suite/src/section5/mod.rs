@@ -9,6 +9,8 @@
 pub mod bench;
 pub mod models;
 pub mod page;
+pub mod rbd;
+pub mod sampled;
 pub mod spec;
 pub mod trained;
 pub mod training_set;
@@ -26,6 +28,8 @@ use crate::error::BenchError;
 pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
     match experiment.name.as_str() {
         "models" => models::make(experiment, bench),
+        "rbd" => rbd::make(experiment, bench),
+        "sampled" => sampled::make(experiment, bench),
         other => Err(BenchError::UnknownName {
             what: "experiment of section 5",
             name: other.to_string(),

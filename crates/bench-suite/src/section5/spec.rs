@@ -12,7 +12,14 @@ use crate::spec::{Profile, Prose};
 pub const GROUP: &str = "section5";
 
 /// Sources of the experiments, in the order in which they are made.
-const SOURCES: [(&str, &str); 1] = [("models.toml", include_str!("../../experiments/models.toml"))];
+const SOURCES: [(&str, &str); 3] = [
+    ("models.toml", include_str!("../../experiments/models.toml")),
+    ("rbd.toml", include_str!("../../experiments/rbd.toml")),
+    (
+        "sampled.toml",
+        include_str!("../../experiments/sampled.toml"),
+    ),
+];
 
 /// What an experiment works with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
