@@ -6,7 +6,8 @@ use crate::command::{Folder, column};
 const DATA: &str = "q1,qd1,qdd1,tau1\n-1.2,0.0,3.0,-1.3\n-0.7,1.9,-1.5,-6.7\n-0.3,1.0,-1.5,-9.0\n0.0,-1.4,3.0,-9.2\n\
 0.4,-1.8,-1.6,-12.1\n0.8,0.4,-1.4,-6.7\n1.1,2.0,3.0,-0.2\n1.5,0.6,-1.6,-0.6\n";
 
-const SHORT: &str = "sample --data train.csv --joint 1 --chains 2 --warmup 30 --draws 20 --max-depth 4";
+const SHORT: &str =
+    "sample --data train.csv --joint 1 --chains 2 --warmup 30 --draws 20 --max-depth 4";
 
 #[test]
 fn draws_repeat_with_their_seed_and_have_every_hyperparameter() {
@@ -14,10 +15,17 @@ fn draws_repeat_with_their_seed_and_have_every_hyperparameter() {
     folder.write("train.csv", DATA);
     let report = folder.run(&format!("{SHORT} --output a.csv"));
     assert!(report.contains("length_scales[2]"), "{report}");
-    assert!(report.contains("warning: the chains are too short"), "{report}");
+    assert!(
+        report.contains("warning: the chains are too short"),
+        "{report}"
+    );
     folder.run(&format!("{SHORT} --output b.csv"));
     folder.run(&format!("{SHORT} --seed 1 --output c.csv"));
-    let (a, b, c) = (folder.read("a.csv"), folder.read("b.csv"), folder.read("c.csv"));
+    let (a, b, c) = (
+        folder.read("a.csv"),
+        folder.read("b.csv"),
+        folder.read("c.csv"),
+    );
     assert_eq!(a, b);
     assert_ne!(a, c);
 
@@ -25,8 +33,16 @@ fn draws_repeat_with_their_seed_and_have_every_hyperparameter() {
     let header = "chain,draw,bias_std,linear_std[0],linear_std[1],linear_std[2],signal_std,\
                   length_scales[0],length_scales[1],length_scales[2],coulomb_std[0],noise_std";
     assert_eq!(a.lines().next(), Some(header));
-    assert!(column(&a, "linear_std[1]").iter().all(|u| (0.0..100.0).contains(u)));
-    assert!(column(&a, "noise_std").iter().all(|sigma| sigma * sigma >= 1e-4));
+    assert!(
+        column(&a, "linear_std[1]")
+            .iter()
+            .all(|u| (0.0..100.0).contains(u))
+    );
+    assert!(
+        column(&a, "noise_std")
+            .iter()
+            .all(|sigma| sigma * sigma >= 1e-4)
+    );
     assert!(column(&a, "chain")[39] > 1.5);
 }
 
@@ -50,5 +66,8 @@ fn what_cannot_be_sampled_is_refused_without_an_output() {
     assert!(none.contains("--chains"), "{none}");
     folder.write("bad.csv", DATA.replace("-9.2", "x"));
     let bad = refused("sample --data bad.csv --joint 1 --output draws.csv");
-    assert!(bad.contains("row 4 (line 5)") && bad.contains("`tau1`"), "{bad}");
+    assert!(
+        bad.contains("row 4 (line 5)") && bad.contains("`tau1`"),
+        "{bad}"
+    );
 }

@@ -218,7 +218,10 @@ pub fn fit_rigid_body_and_process(
     let left: Vec<f64> = (samples.targets.iter().zip(explained))
         .map(|(target, mean)| target - mean)
         .collect();
-    let as_stated = (prior.covariance(samples.x.ncols())?, deviations(samples, prior)?);
+    let as_stated = (
+        prior.covariance(samples.x.ncols())?,
+        deviations(samples, prior)?,
+    );
     let as_found = (rigid_body.fit.posterior.covariance().clone(), left);
 
     let mut starts = Vec::new();
@@ -235,10 +238,7 @@ pub fn fit_rigid_body_and_process(
 }
 
 /// t − Yπ₀.
-fn deviations(
-    samples: RegressorSamples<'_>,
-    prior: &ParameterPrior,
-) -> Result<Vec<f64>, GpError> {
+fn deviations(samples: RegressorSamples<'_>, prior: &ParameterPrior) -> Result<Vec<f64>, GpError> {
     let expected = prior.torques(samples.regressor)?;
     if expected.len() != samples.targets.len() {
         return Err(GpError::CountMismatch {

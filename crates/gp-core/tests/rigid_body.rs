@@ -73,7 +73,10 @@ fn row(matrix: MatRef<'_, f64>, row: usize) -> Vec<f64> {
 #[test]
 fn process_is_linear_regression_one_sample_at_a_time() {
     let mut rng = ChaCha8Rng::seed_from_u64(32);
-    let (y, y_test) = (draws(&mut rng, 30, PARAMETERS), draws(&mut rng, 5, PARAMETERS));
+    let (y, y_test) = (
+        draws(&mut rng, 30, PARAMETERS),
+        draws(&mut rng, 5, PARAMETERS),
+    );
     let targets: Vec<f64> = row(draws(&mut rng, 30, 1).transpose(), 0);
     let root = draws(&mut rng, PARAMETERS, PARAMETERS);
     let prior = RigidBody::new(root.as_ref(), 1.7).unwrap();
@@ -180,11 +183,14 @@ fn a_process_takes_what_the_parameters_leave() {
         std: vec![2.0; PARAMETERS],
     };
     let alone = fit_rigid_body(train.samples(), &prior, &options()).unwrap();
-    let both =
-        fit_rigid_body_and_process(train.samples(), &prior, TorqueForm::Smooth, &options())
-            .unwrap();
+    let both = fit_rigid_body_and_process(train.samples(), &prior, TorqueForm::Smooth, &options())
+        .unwrap();
     let error = |means: Vec<f64>| test.mean_square_error(&means);
-    let of_alone = error(alone.predict_mean(test.x.as_ref(), test.y.as_ref()).unwrap());
+    let of_alone = error(
+        alone
+            .predict_mean(test.x.as_ref(), test.y.as_ref())
+            .unwrap(),
+    );
     let of_both = error(both.predict_mean(test.x.as_ref(), test.y.as_ref()).unwrap());
     // Alone it cannot be better than the mean square of a sine about its linear part.
     assert!(of_alone > 0.1 && of_both < 1e-3, "{of_alone} {of_both}");

@@ -139,7 +139,8 @@ fn posterior_of_two_hyperparameters_is_that_of_quadrature() {
     let x = mat![[1.0], [-2.0], [0.5], [2.5], [-1.0]];
     let mut posterior = toy(&x, &TARGETS);
     // u is about 1: logit(1/100) ≈ −4.6; a grid of ±6 posterior widths and more.
-    let grid = |low: f64, high: f64| (0..200).map(move |i| low + (high - low) * f64::from(i) / 199.0);
+    let grid =
+        |low: f64, high: f64| (0..200).map(move |i| low + (high - low) * f64::from(i) / 199.0);
     let mut sums = [0.0; 5];
     for z0 in grid(-12.0, 4.0) {
         for z1 in grid(-18.0, 12.0) {
@@ -191,7 +192,10 @@ fn effective_size_of_autoregressive_chains_is_the_known_one() {
         // 1 + 2 Σ φᵗ = (1 + φ)/(1 − φ)
         let expected = 80_000.0 * (1.0 - phi) / (1.0 + phi);
         let found = effective_sample_size(&chains);
-        assert!((found / expected - 1.0).abs() < 0.1, "{phi}: {found} {expected}");
+        assert!(
+            (found / expected - 1.0).abs() < 0.1,
+            "{phi}: {found} {expected}"
+        );
         let summary = ChainSummary::of(&chains);
         assert!((summary.bulk_size / expected - 1.0).abs() < 0.1);
         assert!(summary.r_hat < 1.01);
@@ -206,7 +210,10 @@ fn chains_that_disagree_are_found_out() {
         *value += 2.0;
     }
     let found = split_r_hat(&chains);
-    assert!((found - (1.0_f64 + 6.0 / 7.0).sqrt()).abs() < 0.05, "{found}");
+    assert!(
+        (found - (1.0_f64 + 6.0 / 7.0).sqrt()).abs() < 0.05,
+        "{found}"
+    );
     assert!(ChainSummary::of(&chains).r_hat > 1.2);
 
     // Another width, the same mean: only the folded ranks see it.

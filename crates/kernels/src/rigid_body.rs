@@ -66,9 +66,13 @@ impl RigidBody {
     /// As for [`RigidBody::new`]; the sign of a standard deviation does not matter.
     pub fn independent(parameter_std: &[f64], spread: f64) -> Result<Self, KernelError> {
         let p = parameter_std.len();
-        let root = Mat::from_fn(p, p, |row, col| {
-            if row == col { parameter_std[row] } else { 0.0 }
-        });
+        let root = Mat::from_fn(
+            p,
+            p,
+            |row, col| {
+                if row == col { parameter_std[row] } else { 0.0 }
+            },
+        );
         Self::new(root.as_ref(), spread)
     }
 
@@ -139,12 +143,7 @@ impl Covariance for RigidBody {
         assert_eq!(gradient.len(), 1);
         let mut of_weights = vec![0.0; self.root.ncols()];
         let features = self.features(x);
-        features::add_adjoint(
-            features.as_ref(),
-            &self.weights(),
-            adjoint,
-            &mut of_weights,
-        );
+        features::add_adjoint(features.as_ref(), &self.weights(), adjoint, &mut of_weights);
         gradient[0] += of_weights.iter().sum::<f64>();
     }
 

@@ -31,7 +31,11 @@ fn columns_outside_the_range_do_not_matter() {
 
 #[test]
 fn unusable_numbers_are_refused_by_name() {
-    let root = Mat::from_fn(2, 2, |row, col| if (row, col) == (1, 0) { f64::NAN } else { 1.0 });
+    let root = Mat::from_fn(
+        2,
+        2,
+        |row, col| if (row, col) == (1, 0) { f64::NAN } else { 1.0 },
+    );
     let error = RigidBody::new(root.as_ref(), 1.0).unwrap_err();
     assert_eq!(
         error.to_string(),

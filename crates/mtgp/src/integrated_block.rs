@@ -84,8 +84,7 @@ impl<C: Covariance> IntegratedBlock<C> {
         // 2^{(ν₀+n)m/2} of the posterior's constant against (2π)^{−nm/2} and the prior's 2^{−ν₀m/2}.
         let of_tasks = log_multivariate_gamma(half, m) - half * self.factor.log_det();
         let powers_of_two = half * m as f64 * std::f64::consts::LN_2;
-        let of_inputs =
-            -0.5 * m as f64 * (n * (2.0 * PI).ln() + self.block.input_log_det());
+        let of_inputs = -0.5 * m as f64 * (n * (2.0 * PI).ln() + self.block.input_log_det());
         of_tasks + powers_of_two + of_inputs + self.prior.log_constant()
     }
 
@@ -165,8 +164,14 @@ impl StudentT {
     /// Marginal variances, (m,); infinite where d ≤ 2.
     pub fn variances(&self) -> Vec<f64> {
         let d = self.degrees_of_freedom;
-        let factor = if d > 2.0 { d / (d - 2.0) } else { f64::INFINITY };
+        let factor = if d > 2.0 {
+            d / (d - 2.0)
+        } else {
+            f64::INFINITY
+        };
         let m = self.location.len();
-        (0..m).map(|task| factor * self.scale[(task, task)]).collect()
+        (0..m)
+            .map(|task| factor * self.scale[(task, task)])
+            .collect()
     }
 }

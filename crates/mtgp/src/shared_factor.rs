@@ -102,7 +102,9 @@ pub fn fit_shared(
         let evaluation = evidence.evaluate(&covariance, noise_std, &mut gradient)?;
         log_marginals.push(evaluation.log_marginal_likelihood);
         let likelihood = options.likelihood;
-        joints.push(FitPosterior::new(covariance, noise_std, x, targets, likelihood)?);
+        joints.push(FitPosterior::new(
+            covariance, noise_std, x, targets, likelihood,
+        )?);
     }
     Ok(SharedFit {
         joints,
@@ -233,7 +235,10 @@ impl<'a> Together<'a> {
         let n_task = self.covariances[0].task().n_params();
         let (of_joints, of_task) = theta.split_at(theta.len() - n_task);
         let n_each = of_joints.len() / self.covariances.len();
-        let joints = self.covariances.iter_mut().zip(of_joints.chunks_exact(n_each));
+        let joints = self
+            .covariances
+            .iter_mut()
+            .zip(of_joints.chunks_exact(n_each));
         joints
             .map(|(covariance, of_joint)| {
                 let (noise_std, of_input) = of_joint.split_last().expect("σ is the last");
@@ -276,7 +281,11 @@ impl Objective for Together<'_> {
         for ((slope, spec), z) in gradient.iter_mut().zip(self.layout.specs()).zip(z) {
             *slope *= -spec.transform.derivative(*z);
         }
-        if value.is_finite() { -value } else { f64::INFINITY }
+        if value.is_finite() {
+            -value
+        } else {
+            f64::INFINITY
+        }
     }
 }
 

@@ -4,8 +4,8 @@ use faer::Mat;
 use gp_core::Starts;
 use kernels::{TorqueCovariance, TorqueForm};
 use mtgp::{
-    MtgpError, MultiTaskCovariance, MultiTaskOptions, RankCounts, Stacked, StageOne, TaskCovariance,
-    TaskFactor, TaskFit, fit_rank, fit_shared,
+    MtgpError, MultiTaskCovariance, MultiTaskOptions, RankCounts, Stacked, StageOne,
+    TaskCovariance, TaskFactor, TaskFit, fit_rank, fit_shared,
 };
 
 use crate::icm_draws::{Draw, drawn, four_tasks_of_rank_two};
@@ -80,9 +80,23 @@ fn joints_starts_and_targets_must_match() {
     let none = fit_shared(&data, &[], 2, &[], &options());
     assert!(matches!(none, Err(MtgpError::NoJoints)));
     let few = fit_shared(&data, &targets, 2, &[&fits[0]], &options());
-    assert!(matches!(few, Err(MtgpError::CountMismatch { found: 1, expected: 2, .. })));
+    assert!(matches!(
+        few,
+        Err(MtgpError::CountMismatch {
+            found: 1,
+            expected: 2,
+            ..
+        })
+    ));
     let short = vec![targets[0].clone(), targets[1][1..].to_vec()];
     let starts: Vec<&TaskFit> = fits.iter().collect();
     let short = fit_shared(&data, &short, 2, &starts, &options());
-    assert!(matches!(short, Err(MtgpError::CountMismatch { found: 15, expected: 16, .. })));
+    assert!(matches!(
+        short,
+        Err(MtgpError::CountMismatch {
+            found: 15,
+            expected: 16,
+            ..
+        })
+    ));
 }

@@ -196,8 +196,7 @@ fn a_strong_prior_pulls_the_most_probable_k_task_to_it() {
             (degrees_of_freedom + 3.0) * &psi, // mode Ψ/(ν₀ + m + 1)
         );
         let likelihood = LogMarginal::new(data.inputs(), &targets, LikelihoodOptions::dense());
-        let mut posterior =
-            WithTaskPrior::new(likelihood, prior.unwrap(), TaskMeasure::Matrix);
+        let mut posterior = WithTaskPrior::new(likelihood, prior.unwrap(), TaskMeasure::Matrix);
         let options = FitOptions::chapter();
         let end = search(&mut posterior, &covariance, 0.3, StartKind::Given, &options);
         let k = end.covariance.task().k_task();

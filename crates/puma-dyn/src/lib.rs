@@ -50,9 +50,7 @@ pub use description::{
     RobotDescription,
 };
 pub use dh::DhLink;
-pub use drive_regressor::{
-    N_DRIVE_PARAMETERS, drive_parameters, drive_regressor, full_regressor,
-};
+pub use drive_regressor::{N_DRIVE_PARAMETERS, drive_parameters, drive_regressor, full_regressor};
 pub use energy::{kinetic_energy, potential_energy};
 pub use error::DynError;
 pub use forward_kin::forward_kinematics;

@@ -3,8 +3,8 @@
 use puma_dyn::nalgebra::DMatrix;
 use puma_dyn::{
     Context, DynError, Effects, Friction, Model, TorqueTerms, Workspace, aba, bias_acceleration,
-    coriolis_torques, crba, drive_parameters, forward_kinematics, full_regressor, gravity_torques, inertial_parameters, jacobian,
-    kinetic_energy, potential_energy, regressor, rnea, torque_terms,
+    coriolis_torques, crba, drive_parameters, forward_kinematics, full_regressor, gravity_torques,
+    inertial_parameters, jacobian, kinetic_energy, potential_energy, regressor, rnea, torque_terms,
 };
 
 use crate::random_tree::{Case, Joints, cases};

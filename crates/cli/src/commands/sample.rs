@@ -193,7 +193,10 @@ fn report(prior: &HyperPrior, chains: &[Chain]) {
         ));
     }
     let worst = summaries.iter().map(|s| s.r_hat).fold(0.0, f64::max);
-    let smallest = summaries.iter().map(|s| s.bulk_size).fold(f64::INFINITY, f64::min);
+    let smallest = summaries
+        .iter()
+        .map(|s| s.bulk_size)
+        .fold(f64::INFINITY, f64::min);
     if worst > LARGEST_R_HAT || smallest < SMALLEST_SIZE {
         messages::warning(format!(
             "the chains are too short: R̂ up to {worst:.3} (at most {LARGEST_R_HAT}), effective sizes down to {smallest:.0} (at least {SMALLEST_SIZE}); raise --draws and --warmup"

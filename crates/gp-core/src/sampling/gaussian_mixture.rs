@@ -24,7 +24,10 @@ impl GaussianMixture {
     /// If there are none, or not as many of both, or a variance is not a number above zero.
     pub fn new(means: Vec<f64>, variances: &[f64]) -> Self {
         assert!(!means.is_empty() && means.len() == variances.len());
-        assert!(variances.iter().all(|var| *var > 0.0), "a density needs a width");
+        assert!(
+            variances.iter().all(|var| *var > 0.0),
+            "a density needs a width"
+        );
         let stds = variances.iter().map(|var| var.sqrt()).collect();
         Self { means, stds }
     }
@@ -72,7 +75,10 @@ impl GaussianMixture {
     pub fn quantile(&self, p: f64) -> f64 {
         assert!((1e-300..1.0).contains(&p), "a quantile of {p}");
         // Φ(−40) is below 10⁻³⁴⁹: every part's quantile is inside.
-        let reach = |sign: f64| self.parts().map(move |(mean, std)| mean + sign * 40.0 * std);
+        let reach = |sign: f64| {
+            self.parts()
+                .map(move |(mean, std)| mean + sign * 40.0 * std)
+        };
         let mut low = reach(-1.0).fold(f64::INFINITY, f64::min);
         let mut high = reach(1.0).fold(f64::NEG_INFINITY, f64::max);
         loop {

@@ -12,8 +12,14 @@ pub fn add(section: &mut Section, lines: &[Line]) {
     for (model, question) in [
         ("rbd", "one load: does the right model alone beat GPc?"),
         ("rbd+gp, masses × 3", "one load: do wrong masses spoil it?"),
-        ("rbd, no friction", "one load: what does a missing term cost?"),
-        ("rbd+gp, no friction", "one load: does a process make up for it?"),
+        (
+            "rbd, no friction",
+            "one load: what does a missing term cost?",
+        ),
+        (
+            "rbd+gp, no friction",
+            "one load: does a process make up for it?",
+        ),
     ] {
         section.found(question, beside(&one, model, "GPc"));
     }
@@ -22,7 +28,10 @@ pub fn add(section: &mut Section, lines: &[Line]) {
     };
     for (model, question) in [
         ("rbd", "many loads: does the right model beat mGP?"),
-        ("rbd+gp, no friction", "many loads: and one without friction, with a process?"),
+        (
+            "rbd+gp, no friction",
+            "many loads: and one without friction, with a process?",
+        ),
     ] {
         section.found(question, beside(&many, model, &reference));
     }

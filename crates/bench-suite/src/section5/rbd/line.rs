@@ -24,7 +24,15 @@ pub struct Line {
 
 /// The lines as a table and a file.
 pub fn section(lines: &[Line]) -> Section {
-    let header = ["loads", "joint", "n", "model", "interp", "extrap", "σ (N·m)"];
+    let header = [
+        "loads",
+        "joint",
+        "n",
+        "model",
+        "interp",
+        "extrap",
+        "σ (N·m)",
+    ];
     let row = |line: &Line| {
         vec![
             line.n_loads.to_string(),
@@ -47,7 +55,10 @@ pub fn section(lines: &[Line]) -> Section {
     let numbers = lines.iter().map(|line| {
         let counts = [line.n_loads, line.joint, line.n].map(|count| count.to_string());
         let labels = counts.into_iter().chain([format!("\"{}\"", line.model)]);
-        (labels.collect(), vec![line.interp, line.extrap, line.noise_std])
+        (
+            labels.collect(),
+            vec![line.interp, line.extrap, line.noise_std],
+        )
     });
     let header = "loads,joint,n,model,nmse_interp,nmse_extrap,noise_std";
     section.file("section5_rbd.csv", csv(header, numbers));

@@ -71,11 +71,7 @@ pub fn lines(
     Ok(lines)
 }
 
-fn predict_task(
-    process: &TaskProcess,
-    task: usize,
-    x: &Mat<f64>,
-) -> Result<Vec<f64>, BenchError> {
+fn predict_task(process: &TaskProcess, task: usize, x: &Mat<f64>) -> Result<Vec<f64>, BenchError> {
     let rows = process.covariance().rows_of(x.as_ref(), task)?;
     Ok(process.posterior.predict_mean(rows.as_ref())?)
 }

@@ -82,7 +82,12 @@ fn of_load(
     let truth = bench.data.torques(load, joint, &split.extrap);
     let scored = |means: &[f64], noise_std: f64| scores(&split, means, &truth, noise_std);
 
-    let gp = fit(x.as_ref(), &targets, TorqueForm::Coulomb, &FitOptions::several())?;
+    let gp = fit(
+        x.as_ref(),
+        &targets,
+        TorqueForm::Coulomb,
+        &FitOptions::several(),
+    )?;
     let means = gp.posterior.predict_mean(x_test.as_ref())?;
     let mut all = vec![("GPc".to_string(), scored(&means, gp.noise_std())?)];
     for knowledge in Knowledge::ALL {
@@ -129,5 +134,9 @@ fn scores(
 ) -> Result<Scores, BenchError> {
     let places = split.interp_in_extrap();
     let at = |values: &[f64]| places.iter().map(|&i| values[i]).collect::<Vec<f64>>();
-    Ok([nmse(&at(means), &at(truth))?, nmse(means, truth)?, noise_std])
+    Ok([
+        nmse(&at(means), &at(truth))?,
+        nmse(means, truth)?,
+        noise_std,
+    ])
 }

@@ -53,11 +53,18 @@ pub fn of_arm(model: &Model, knowledge: Knowledge) -> ParameterPrior {
     let mut std: Vec<f64> = (mean.chunks_exact(N_PARAMETERS))
         .flat_map(|of_link| stds(of_link, of_link[0].abs().max(LEAST_MASS), ARM))
         .collect();
-    for (idx, value) in drive_parameters(model, Effects::ALL).into_iter().enumerate() {
+    for (idx, value) in drive_parameters(model, Effects::ALL)
+        .into_iter()
+        .enumerate()
+    {
         let is_rotor = idx % puma_dyn::N_DRIVE_PARAMETERS == 0;
         let is_known = is_rotor || knowledge != Knowledge::NoFriction;
         mean.push(if is_known { value } else { 0.0 });
-        std.push(if is_known { RELATIVE_STD * value.abs() } else { 0.0 });
+        std.push(if is_known {
+            RELATIVE_STD * value.abs()
+        } else {
+            0.0
+        });
     }
     ParameterPrior { mean, std }
 }
@@ -65,7 +72,9 @@ pub fn of_arm(model: &Model, knowledge: Knowledge) -> ParameterPrior {
 /// A fifth of every number, or of mass · armᵖ where that is more.
 fn stds(of_link: &[f64], mass: f64, arm: f64) -> Vec<f64> {
     let size = |idx: usize| of_link[idx].abs().max(mass * arm.powi(order(idx)));
-    (0..N_PARAMETERS).map(|idx| RELATIVE_STD * size(idx)).collect()
+    (0..N_PARAMETERS)
+        .map(|idx| RELATIVE_STD * size(idx))
+        .collect()
 }
 
 /// 0 for the mass, 1 for its first moments, 2 for its second.
@@ -88,7 +97,10 @@ pub fn load_std() -> Vec<f64> {
 pub fn of_loaded_arm(model: &Model, knowledge: Knowledge) -> ParameterPrior {
     let mut prior = of_arm(model, knowledge);
     let last = (model.n_joints() - 1) * N_PARAMETERS;
-    for (std, load) in prior.std[last..last + N_PARAMETERS].iter_mut().zip(load_std()) {
+    for (std, load) in prior.std[last..last + N_PARAMETERS]
+        .iter_mut()
+        .zip(load_std())
+    {
         *std = std.hypot(load);
     }
     prior
@@ -115,7 +127,12 @@ mod tests {
         let prior = of_arm(scenario.model(), Knowledge::NoFriction);
         // Joint 1: rotor, viscous, Coulomb either way.
         assert!(prior.mean[60] > 0.0 && prior.std[60] > 0.0);
-        assert!(prior.mean[61..64].iter().chain(&prior.std[61..64]).all(|v| *v == 0.0));
+        assert!(
+            prior.mean[61..64]
+                .iter()
+                .chain(&prior.std[61..64])
+                .all(|v| *v == 0.0)
+        );
         assert_eq!(prior.mean.len(), 84);
     }
 
@@ -124,7 +141,9 @@ mod tests {
         let scenario = Scenario::reference();
         let nominal = of_arm(scenario.model(), Knowledge::Nominal);
         let heavy = of_arm(scenario.model(), Knowledge::HeavyLinks);
-        assert!(heavy.mean[10] > 0.0 && heavy.mean[10].to_bits() == (3.0 * nominal.mean[10]).to_bits());
+        assert!(
+            heavy.mean[10] > 0.0 && heavy.mean[10].to_bits() == (3.0 * nominal.mean[10]).to_bits()
+        );
         assert_eq!(heavy.mean[60..], nominal.mean[60..]);
     }
 

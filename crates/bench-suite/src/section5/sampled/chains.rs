@@ -1,6 +1,8 @@
 //! Chains of hyperparameters of a multi-task process.
 
-use gp_core::sampling::{Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, LogDensity};
+use gp_core::sampling::{
+    Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, LogDensity,
+};
 use gp_core::{FitPosterior, LikelihoodOptions, LogMarginal, chapter_start};
 use kernels::{Covariance, TorqueForm};
 use mtgp::{MultiTaskCovariance, Stacked, TaskProcess};
@@ -61,7 +63,10 @@ pub fn draw(
     let summaries = summaries(&chains, &mut posterior());
     Ok(Drawn {
         r_hat: summaries.iter().map(|s| s.r_hat).fold(0.0, f64::max),
-        size: summaries.iter().map(|s| s.bulk_size).fold(f64::INFINITY, f64::min),
+        size: summaries
+            .iter()
+            .map(|s| s.bulk_size)
+            .fold(f64::INFINITY, f64::min),
         n_divergences: chains.iter().map(|chain| chain.n_divergences).sum(),
         n_evaluations: chains.iter().map(|chain| chain.n_evaluations).sum(),
         chains,
@@ -133,7 +138,9 @@ impl Drawn {
                 covariance.set_params(of_covariance);
                 let dense = LikelihoodOptions::dense();
                 let x = data.inputs();
-                posteriors.push(FitPosterior::new(covariance, *noise_std, x, targets, dense)?);
+                posteriors.push(FitPosterior::new(
+                    covariance, *noise_std, x, targets, dense,
+                )?);
             }
         }
         Ok(posteriors)

@@ -83,7 +83,11 @@ fn of_joint(task: &Task<'_>, joint: usize) -> Result<([Line; 2], Drawn), BenchEr
         set,
         trained,
     } = task;
-    let of_joint = trained.mgp.learned().iter().find(|(idx, _)| idx + 1 == joint);
+    let of_joint = trained
+        .mgp
+        .learned()
+        .iter()
+        .find(|(idx, _)| idx + 1 == joint);
     let (_, point) = of_joint.expect("every joint is learned");
     let samples = set.samples(&bench.data)?;
     let targets = samples.targets(&bench.data, joint);
@@ -162,8 +166,7 @@ fn section(results: &[([Line; 2], Drawn)]) -> Section {
         }),
         ..Section::default()
     };
-    let header =
-        "joint,hyperparameters,coverage_interp,log_density_interp,coverage_extrap,log_density_extrap";
+    let header = "joint,hyperparameters,coverage_interp,log_density_interp,coverage_extrap,log_density_extrap";
     section.file("section5_sampled.csv", csv(header, numbers));
     add_findings(&mut section, results);
     section
