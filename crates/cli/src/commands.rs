@@ -9,4 +9,5 @@ pub mod inspect;
 pub mod inverse_dynamics;
 pub mod likelihood;
 pub mod predict;
+pub mod sample;
 pub mod simulate;

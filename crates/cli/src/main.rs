@@ -49,7 +49,7 @@ use clap::{Parser, Subcommand};
 
 use crate::commands::{
     adapt, context as context_command, control, evaluate, fit, inspect, inverse_dynamics,
-    likelihood, predict, simulate,
+    likelihood, predict, sample, simulate,
 };
 use crate::error::CliError;
 
@@ -78,6 +78,7 @@ enum Command {
     Inspect(inspect::Args),
     Likelihood(likelihood::Args),
     Control(control::Args),
+    Sample(sample::Args),
 }
 
 fn main() -> ExitCode {
@@ -92,6 +93,7 @@ fn main() -> ExitCode {
         Command::Inspect(args) => inspect::run(&args),
         Command::Likelihood(args) => likelihood::run(&args),
         Command::Control(args) => control::run(&args),
+        Command::Sample(args) => sample::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

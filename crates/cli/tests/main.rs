@@ -15,5 +15,6 @@ mod payloads;
 mod puma_samples;
 mod readme;
 mod refusals;
+mod sample;
 mod simulate;
 mod spoilt_files;

@@ -89,6 +89,12 @@ pub enum GpError {
         /// Starts tried.
         n_starts: usize,
     },
+    /// A chain of draws that cannot begin or go on.
+    #[error("the sampler gave up: {reason}")]
+    Sampler {
+        /// In the sampler's words.
+        reason: String,
+    },
     /// The parts of a robot's model do not fit together.
     #[error("inconsistent model: {what}")]
     InconsistentModel {

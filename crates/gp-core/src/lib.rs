@@ -2,6 +2,7 @@
 
 mod bayes_linear;
 mod cholesky;
+mod covariance_fit;
 mod data;
 mod dense;
 mod error;
@@ -24,11 +25,14 @@ mod orthogonal;
 mod pivot_choice;
 mod pivoted;
 mod posterior;
+mod rigid_body_fit;
+pub mod sampling;
 mod search;
 mod tiled;
 
 pub use bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};
 pub use cholesky::Factor;
+pub use covariance_fit::{CovarianceFit, fit_covariance};
 pub use error::GpError;
 pub use evidence::{Evaluation, Evidence, LikelihoodOptions, Method, MethodUsed, evidence};
 pub use fit::{Fit, FitOptions, SearchScheme, Starts, fit, fit_from};
@@ -48,4 +52,8 @@ pub use model::{
 pub use nested::spread_rows;
 pub use optimize::StopReason;
 pub use posterior::{Posterior, Prediction};
-pub use search::{Likelihood, SearchEnd, refine, search};
+pub use rigid_body_fit::{
+    InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess, RigidBodyCovariance,
+    fit_informed, fit_rigid_body, fit_rigid_body_and_process,
+};
+pub use search::{Likelihood, SearchEnd, refine, search, search_near};

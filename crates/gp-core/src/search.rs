@@ -249,6 +249,28 @@ pub fn refine<C: Covariance + Clone>(
     }
 }
 
+/// Climbs from where an optimum is near, such as the end of a search on fewer data: [`refine`] from the
+/// first evaluation.
+///
+/// # Panics
+/// As for [`search`].
+pub fn search_near<C: Covariance + Clone>(
+    evidence: &mut impl Likelihood<C>,
+    covariance: &C,
+    noise_std: f64,
+    kind: StartKind,
+    options: &FitOptions,
+) -> SearchEnd<C> {
+    let with = |max_evaluations| FitOptions {
+        max_evaluations,
+        ..options.clone()
+    };
+    let mut end = search(evidence, covariance, noise_std, kind, &with(1));
+    let left = options.max_evaluations.saturating_sub(1);
+    refine(evidence, &mut end, &with(left));
+    end
+}
+
 /// Climbs from a candidate: from a stage with fewer samples, with noise enough for more of them.
 pub(crate) fn search_on(
     evidence: &mut LogMarginal<'_>,

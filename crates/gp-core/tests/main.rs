@@ -23,6 +23,8 @@ mod model_file;
 mod optimizer;
 mod predictor;
 mod recovery;
+mod rigid_body;
 mod samples;
+mod sampling;
 mod threads;
 mod torque_models;

@@ -12,6 +12,14 @@ pub enum KernelError {
         /// The value given.
         value: f64,
     },
+    /// An entry of a given matrix is NaN or infinite.
+    #[error("{name} is {value}, not a finite number")]
+    NotFinite {
+        /// Name of the matrix, with the entry: `parameter_root[3,3]`.
+        name: String,
+        /// The value given.
+        value: f64,
+    },
     /// A vector of hyperparameters does not have one entry per covariate or joint.
     #[error("{name} has {found} entries, expected {expected}")]
     WrongCount {

@@ -11,8 +11,10 @@ mod features;
 mod jitter;
 mod lanes;
 mod linear_ard;
+mod on_columns;
 mod params;
 mod positive;
+mod rigid_body;
 mod se_ard;
 mod se_ard_adjoint;
 mod sum;
@@ -27,9 +29,11 @@ pub use crew::{Crew, column_panels, row_panels};
 pub use error::KernelError;
 pub use jitter::Jitter;
 pub use linear_ard::LinearArd;
+pub use on_columns::OnColumns;
 pub use params::{
     Component, LINEAR_STD_CEILING, NOISE_VAR_FLOOR, ParamLayout, ParamSpec, Transform,
 };
+pub use rigid_body::RigidBody;
 pub use se_ard::SeArd;
 pub use sum::Sum;
 pub use torque::{TorqueCovariance, TorqueForm, TorqueParams};

@@ -2,8 +2,8 @@
 
 use faer::Mat;
 use kernels::{
-    Constant, Coulomb, Covariance, Jitter, LinearArd, SeArd, Sum, TorqueCovariance, TorqueForm,
-    TorqueParams,
+    Constant, Coulomb, Covariance, Jitter, LinearArd, OnColumns, RigidBody, SeArd, Sum,
+    TorqueCovariance, TorqueForm, TorqueParams,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -51,6 +51,10 @@ fn all(rng: &mut ChaCha8Rng) -> Vec<(&'static str, Box<dyn Covariance>)> {
     };
     let linear = LinearArd::new(vector(rng, D)).unwrap();
     let se = SeArd::new(1.4, vector(rng, D)).unwrap();
+    // Parameters that are correlated, of rank 4 of 6.
+    let root = Mat::from_fn(D, 4, |row, col| 1.0 / (1.0 + (row + 2 * col) as f64));
+    let rigid_body = RigidBody::new(root.as_ref(), 0.9).unwrap();
+    let of_two = RigidBody::independent(&[0.5, 0.0], 1.1).unwrap();
     vec![
         ("constant", Box::new(Constant::new(0.8).unwrap())),
         ("linear", Box::new(linear.clone())),
@@ -59,6 +63,11 @@ fn all(rng: &mut ChaCha8Rng) -> Vec<(&'static str, Box<dyn Covariance>)> {
         (
             "coulomb",
             Box::new(Coulomb::new(vector(rng, D / 3)).unwrap()),
+        ),
+        ("rigid body", Box::new(rigid_body)),
+        (
+            "columns",
+            Box::new(Sum::new(OnColumns::new(of_two, 4..6), se.clone())),
         ),
         ("sum", Box::new(Sum::new(linear, se))),
         ("smooth torque", Box::new(torque(rng, TorqueForm::Smooth))),

@@ -12,4 +12,5 @@ mod eq_05;
 mod eq_06;
 mod eq_07;
 mod laws;
+mod rigid_body;
 mod transforms;

@@ -70,6 +70,18 @@ impl RankCounts {
             .sum()
     }
 
+    /// Σ_i d_i + ½ r (2m + 1 − r) + ℓ, for one Λ of all joints.
+    ///
+    /// # Panics
+    /// If `rank` is above the number of tasks.
+    /// # Source
+    /// Eq. (19) for the first extension of sec. 5.
+    pub fn n_params_shared(&self, rank: usize) -> usize {
+        let n_joints = self.n_input_params.len();
+        let of_inputs: usize = self.n_input_params.iter().sum();
+        of_inputs + TaskFactor::count(self.n_tasks, rank) + n_joints
+    }
+
     /// d_i + ½ r (2m + 1 − r) + 1.
     ///
     /// # Panics

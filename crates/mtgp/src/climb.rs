@@ -2,7 +2,7 @@
 //!
 //! Every start gets some evaluations; the one that is highest then goes on to the end.
 
-use gp_core::{FitOptions, Likelihood, SearchEnd, StartKind, refine, search};
+use gp_core::{FitOptions, Likelihood, SearchEnd, StartKind, refine, search, search_near};
 use kernels::Covariance;
 
 use crate::task_fit::{MultiTaskOptions, Origin, TaskStart};
@@ -96,20 +96,8 @@ fn set_out<C: Covariance + Clone>(
     options: &FitOptions,
 ) -> SearchEnd<C> {
     let (kind, noise_std) = (kind_of(start.origin), start.noise_std);
-    if !start.is_near {
-        return search(likelihood, &start.covariance, noise_std, kind, options);
-    }
-    let here = FitOptions {
-        max_evaluations: 1,
-        ..options.clone()
-    };
-    let mut end = search(likelihood, &start.covariance, noise_std, kind, &here);
-    let beyond = FitOptions {
-        max_evaluations: options.max_evaluations.saturating_sub(1),
-        ..options.clone()
-    };
-    refine(likelihood, &mut end, &beyond);
-    end
+    let climb = if start.is_near { search_near } else { search };
+    climb(likelihood, &start.covariance, noise_std, kind, options)
 }
 
 fn search_options(options: &MultiTaskOptions, max_evaluations: usize) -> FitOptions {

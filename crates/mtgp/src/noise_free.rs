@@ -92,6 +92,11 @@ impl<C: Covariance> NoiseFreeBlock<C> {
         self.x.nrows()
     }
 
+    /// log|K^x|.
+    pub(crate) fn input_log_det(&self) -> f64 {
+        self.factor.log_det()
+    }
+
     /// K^ρ at the maximum of the likelihood, (m, m); also where it is singular.
     ///
     /// ```text
@@ -215,7 +220,7 @@ impl<C: Covariance> NoiseFreeBlock<C> {
     /// The singular values of L⁻¹T are taken with columns of length one, so that contexts of very
     /// different torque are not taken for dependent ones. Rounding of T reaches them magnified by the
     /// condition number of L.
-    fn task_gram_factor(&self) -> Result<Factor, MtgpError> {
+    pub(crate) fn task_gram_factor(&self) -> Result<Factor, MtgpError> {
         let (n_inputs, m) = (self.n_inputs(), self.n_tasks());
         let norm = |task| self.task_gram[(task, task)].sqrt().max(f64::MIN_POSITIVE);
         let unit = Mat::from_fn(n_inputs, m, |j, task| {

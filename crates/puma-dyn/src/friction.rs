@@ -72,6 +72,11 @@ impl Law {
         (self.coulomb_negative, self.coulomb_positive)
     }
 
+    /// Viscous coefficient and Coulomb levels of either direction.
+    pub(crate) fn parameters(&self) -> [f64; 3] {
+        [self.viscous, self.coulomb_positive, self.coulomb_negative]
+    }
+
     /// The part that depends on the direction alone, N·m or N.
     #[inline]
     fn coulomb(&self, qd: f64) -> f64 {

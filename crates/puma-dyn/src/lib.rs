@@ -22,6 +22,7 @@ mod controller;
 mod crba;
 mod description;
 mod dh;
+mod drive_regressor;
 mod energy;
 mod error;
 mod feed_forward;
@@ -63,6 +64,7 @@ pub use description::{
     RobotDescription,
 };
 pub use dh::DhLink;
+pub use drive_regressor::{N_DRIVE_PARAMETERS, drive_parameters, drive_regressor, full_regressor};
 pub use energy::{kinetic_energy, potential_energy};
 pub use error::DynError;
 pub use feed_forward::{FeedForward, GravityFeedForward, ModelFeedForward, NoFeedForward};

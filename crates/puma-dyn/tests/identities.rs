@@ -3,8 +3,8 @@
 use puma_dyn::nalgebra::DMatrix;
 use puma_dyn::{
     Context, DynError, Effects, Friction, Model, TorqueTerms, Workspace, aba, bias_acceleration,
-    coriolis_torques, crba, forward_kinematics, gravity_torques, inertial_parameters, jacobian,
-    kinetic_energy, potential_energy, regressor, rnea, torque_terms,
+    coriolis_torques, crba, drive_parameters, forward_kinematics, full_regressor, gravity_torques,
+    inertial_parameters, jacobian, kinetic_energy, potential_energy, regressor, rnea, torque_terms,
 };
 
 use crate::random_tree::{Case, Joints, cases};
@@ -158,6 +158,32 @@ fn regressor_times_parameters_is_the_rigid_body_torque() {
             &tau,
             ROUNDING * case.scale(Effects::RIGID_BODY),
         );
+    }
+}
+
+#[test]
+fn bodies_and_drives_together_are_the_whole_torque() {
+    for mut case in cases(Joints::Mixed) {
+        for effects in EFFECTS {
+            let tau = case.rnea(effects);
+            let tolerance = ROUNDING * case.scale(effects);
+            let Case {
+                model,
+                workspace,
+                context,
+                q,
+                qd,
+                qdd,
+                ..
+            } = &mut case;
+            let mut parameters = inertial_parameters(model, context);
+            parameters.extend(drive_parameters(model, effects));
+            let mut matrix = vec![0.0; tau.len() * parameters.len()];
+            full_regressor(model, workspace, q, qd, qdd, &mut matrix);
+            let product = |row: &[f64]| row.iter().zip(&parameters).map(|(y, pi)| y * pi).sum();
+            let sums: Vec<f64> = matrix.chunks_exact(parameters.len()).map(product).collect();
+            assert_equal(case.seed, &sums, &tau, tolerance);
+        }
     }
 }
 

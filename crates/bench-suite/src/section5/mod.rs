@@ -13,6 +13,8 @@ pub mod models;
 mod normal;
 pub mod novel;
 pub mod page;
+pub mod rbd;
+pub mod sampled;
 pub mod spec;
 pub mod trained;
 pub mod training_set;
@@ -33,6 +35,8 @@ pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, B
         "context" => context::make(experiment, bench),
         "models" => models::make(experiment, bench),
         "novel" => novel::make(experiment, bench),
+        "rbd" => rbd::make(experiment, bench),
+        "sampled" => sampled::make(experiment, bench),
         other => Err(BenchError::UnknownName {
             what: "experiment of section 5",
             name: other.to_string(),

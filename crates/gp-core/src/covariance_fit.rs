@@ -1,0 +1,131 @@
+//! Learning the hyperparameters of any covariance, from starts of the caller's choice.
+
+use faer::MatRef;
+use kernels::Covariance;
+
+use crate::data::{require_noise, require_training_data};
+use crate::error::GpError;
+use crate::fit::{FitOptions, SearchScheme};
+use crate::fit_posterior::FitPosterior;
+use crate::fit_report::StartReport;
+use crate::init::StartKind;
+use crate::log_marginal::LogMarginal;
+use crate::nested::{spread_rows, stage_sizes, subset};
+use crate::search::{SearchEnd, refine, search, search_near};
+
+/// A function of any covariance, learned.
+#[derive(Debug, Clone)]
+pub struct CovarianceFit<C> {
+    /// The process with the hyperparameters found, conditioned on the data.
+    pub posterior: FitPosterior<C>,
+    /// The search on all samples that reached the highest likelihood.
+    pub report: StartReport,
+    /// Index of the start that it set out from.
+    pub winner: usize,
+    /// Likelihoods with gradient of all searches together.
+    pub evaluations: usize,
+    /// Hyperparameters that ended on a bound, by name.
+    pub bounds_hit: Vec<String>,
+}
+
+impl<C> CovarianceFit<C> {
+    /// Log marginal likelihood at the end, natural log, summed over the data.
+    pub fn log_marginal(&self) -> f64 {
+        self.report.log_marginal
+    }
+}
+
+/// Maximises eq. (8) over the hyperparameters of a covariance and σ, and conditions on the data.
+///
+/// Beyond 512 samples the starts are compared on a few of them and the highest goes on to more and
+/// more, unless `options.scheme` asks for all samples from the beginning.
+/// Sequential and deterministic; `options.starts` is not used.
+/// # Shapes
+/// `x` (n, d), rows as the covariance needs them; `targets` (n,); `starts` (covariance, σ).
+/// # Errors
+/// Fewer than 2 samples, data that is not finite or does not match, a σ that is not positive, or no
+/// start with a finite likelihood.
+/// # Panics
+/// If `x` does not have the number of columns that a covariance needs.
+/// # Source
+/// Sec. 3 and A.1, for another covariance than eq. (7).
+pub fn fit_covariance<C: Covariance + Clone>(
+    x: MatRef<'_, f64>,
+    targets: &[f64],
+    starts: &[(C, f64)],
+    options: &FitOptions,
+) -> Result<CovarianceFit<C>, GpError> {
+    require_training_data(x, targets, 2)?;
+    for (_, noise_std) in starts {
+        require_noise(*noise_std)?;
+    }
+    let n_samples = targets.len();
+    let sizes = match options.scheme {
+        SearchScheme::Whole => vec![n_samples],
+        SearchScheme::Nested => stage_sizes(n_samples),
+    };
+    let (some_x, some_targets) = subset(x, targets, &spread_rows(n_samples, sizes[0]));
+    let (winner, mut best, mut evaluations) =
+        best_start(some_x.as_ref(), &some_targets, starts, options)?;
+    for &n in &sizes[1..] {
+        let (some_x, some_targets) = subset(x, targets, &spread_rows(n_samples, n));
+        let mut evidence = LogMarginal::new(some_x.as_ref(), &some_targets, options.likelihood);
+        let (covariance, noise_std) = (&best.covariance, best.noise_std);
+        let kind = StartKind::Given;
+        best = search_near(&mut evidence, covariance, noise_std, kind, options);
+        evaluations += best.report.evaluations;
+    }
+    if !best.report.log_marginal.is_finite() {
+        let n_starts = starts.len();
+        return Err(GpError::NoUsableStart { n_starts });
+    }
+    let bounds_hit = best.bounds_hit();
+    let posterior = FitPosterior::new(
+        best.covariance,
+        best.noise_std,
+        x,
+        targets,
+        options.likelihood,
+    )?;
+    Ok(CovarianceFit {
+        posterior,
+        report: best.report,
+        winner,
+        evaluations,
+        bounds_hit,
+    })
+}
+
+/// The start whose search ends highest, the first of equals; its end; the evaluations of all.
+fn best_start<C: Covariance + Clone>(
+    x: MatRef<'_, f64>,
+    targets: &[f64],
+    starts: &[(C, f64)],
+    options: &FitOptions,
+) -> Result<(usize, SearchEnd<C>, usize), GpError> {
+    let mut evidence = LogMarginal::new(x, targets, options.likelihood);
+    let to_come_near = FitOptions {
+        max_evaluations: options.max_evaluations.div_ceil(2),
+        ..options.clone()
+    };
+    let mut best: Option<(usize, SearchEnd<C>)> = None;
+    let mut evaluations = 0;
+    for (idx, (covariance, noise_std)) in starts.iter().enumerate() {
+        let kind = StartKind::Given;
+        let end = search(&mut evidence, covariance, *noise_std, kind, &to_come_near);
+        evaluations += end.report.evaluations;
+        let value = end.report.log_marginal;
+        let is_higher = best
+            .as_ref()
+            .is_none_or(|(_, best)| value > best.report.log_marginal);
+        if value.is_finite() && is_higher {
+            best = Some((idx, end));
+        }
+    }
+    let n_starts = starts.len();
+    let (idx, mut end) = best.ok_or(GpError::NoUsableStart { n_starts })?;
+    let before = end.report.evaluations;
+    refine(&mut evidence, &mut end, &to_come_near);
+    evaluations += end.report.evaluations - before;
+    Ok((idx, end, evaluations))
+}

@@ -1,0 +1,230 @@
+//! Sec. 5: chains against densities whose moments are known, and their diagnostics against theory.
+
+use faer::mat;
+use gp_core::sampling::{
+    Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, LogDensity,
+    effective_sample_size, normal_quantile, sample_chain, split_r_hat,
+};
+use gp_core::{GpError, LikelihoodOptions, LogMarginal};
+use kernels::LinearArd;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const OPTIONS: ChainOptions = ChainOptions {
+    n_warmup: 300,
+    n_draws: 2000,
+    max_depth: 6,
+    target_acceptance: 0.8,
+};
+
+fn columns(chains: &[Chain], of: impl Fn(&[f64]) -> f64) -> Vec<Vec<f64>> {
+    let values = |chain: &Chain| {
+        let row = |i: usize| chain.draws.row(i).iter().copied().collect::<Vec<f64>>();
+        (0..chain.draws.nrows()).map(|i| of(&row(i))).collect()
+    };
+    chains.iter().map(values).collect()
+}
+
+/// The mean over all draws, and its standard error.
+fn mean_and_error(chains: &[Vec<f64>]) -> (f64, f64) {
+    let values = chains.concat();
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let var = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64;
+    (mean, (var / effective_sample_size(chains)).sqrt())
+}
+
+/// z = log g with g of a gamma distribution of shape a.
+struct LogGamma(f64);
+
+impl LogDensity for LogGamma {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn evaluate(&mut self, z: &[f64], gradient: &mut [f64]) -> Result<f64, GpError> {
+        gradient[0] = self.0 - z[0].exp();
+        Ok(self.0 * z[0] - z[0].exp())
+    }
+}
+
+#[test]
+fn moments_of_a_skewed_density_are_found() {
+    let chain = |k| sample_chain(&mut LogGamma(3.0), &[0.5], &OPTIONS, 1, k).unwrap();
+    let chains: Vec<Chain> = (0..4).map(chain).collect();
+    // E g = a, E g² = a(a + 1), E log g = ψ(3) = 3/2 − γ.
+    let cases: [(fn(&[f64]) -> f64, f64); 3] = [
+        (|z| z[0].exp(), 3.0),
+        (|z| (2.0 * z[0]).exp(), 12.0),
+        (|z| z[0], 1.5 - 0.577_215_664_901_532_9),
+    ];
+    for (of, expected) in cases {
+        let values = columns(&chains, of);
+        let (mean, error) = mean_and_error(&values);
+        assert!((mean - expected).abs() < 4.0 * error, "{mean} ± {error}");
+        assert!(error < 0.05 * expected, "{error}");
+        assert!(ChainSummary::of(&values).r_hat < 1.01);
+    }
+    assert!(chains.iter().all(|chain| chain.n_divergences == 0));
+}
+
+#[test]
+fn draws_repeat_and_chains_differ() {
+    let short = ChainOptions {
+        n_warmup: 20,
+        n_draws: 30,
+        ..OPTIONS
+    };
+    let chain = |seed, k| sample_chain(&mut LogGamma(3.0), &[0.5], &short, seed, k).unwrap();
+    assert_eq!(chain(1, 0), chain(1, 0));
+    assert_ne!(chain(1, 0).draws, chain(1, 1).draws);
+    assert_ne!(chain(1, 0).draws, chain(2, 0).draws);
+}
+
+#[test]
+fn a_start_without_a_density_is_refused() {
+    let error = sample_chain(&mut Nowhere, &[0.0], &OPTIONS, 1, 0).unwrap_err();
+    assert_eq!(error, GpError::NoUsableStart { n_starts: 1 });
+}
+
+struct Nowhere;
+
+impl LogDensity for Nowhere {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn evaluate(&mut self, _: &[f64], _: &mut [f64]) -> Result<f64, GpError> {
+        Err(GpError::NonFiniteLikelihood { n_samples: 1 })
+    }
+}
+
+/// A weight u and σ of five torques of one covariate.
+fn toy<'a>(
+    x: &'a faer::Mat<f64>,
+    targets: &'a [f64],
+) -> HyperPosterior<LinearArd, LogMarginal<'a>> {
+    let covariance = LinearArd::new(vec![1.0]).unwrap();
+    let prior = HyperPrior::about(&covariance, 0.5).unwrap();
+    let likelihood = LogMarginal::new(x.as_ref(), targets, LikelihoodOptions::dense());
+    HyperPosterior::new(covariance, likelihood, prior)
+}
+
+const TARGETS: [f64; 5] = [1.3, -2.4, 0.2, 2.9, -0.7];
+
+#[test]
+fn gradient_of_the_posterior_is_its_central_difference() {
+    let x = mat![[1.0], [-2.0], [0.5], [2.5], [-1.0]];
+    let mut posterior = toy(&x, &TARGETS);
+    for z in [[-4.0, -1.0], [-3.0, 0.5], [0.0, -6.0]] {
+        let mut gradient = [0.0; 2];
+        posterior.evaluate(&z, &mut gradient).unwrap();
+        for idx in 0..2 {
+            let step = f64::EPSILON.cbrt();
+            let mut at = |shift: f64| {
+                let mut moved = z;
+                moved[idx] += shift;
+                posterior.evaluate(&moved, &mut [0.0; 2]).unwrap()
+            };
+            let difference = (at(step) - at(-step)) / (2.0 * step);
+            // Rounding of a value of some tens of nats, with a condition below 10³.
+            let tolerance = 1e3 * 100.0 * f64::EPSILON / step;
+            let error = (gradient[idx] - difference).abs();
+            assert!(error < tolerance, "{error} {tolerance}");
+        }
+    }
+}
+
+#[test]
+fn posterior_of_two_hyperparameters_is_that_of_quadrature() {
+    let x = mat![[1.0], [-2.0], [0.5], [2.5], [-1.0]];
+    let mut posterior = toy(&x, &TARGETS);
+    // u is about 1: logit(1/100) ≈ −4.6; a grid of ±6 posterior widths and more.
+    let grid =
+        |low: f64, high: f64| (0..200).map(move |i| low + (high - low) * f64::from(i) / 199.0);
+    let mut sums = [0.0; 5];
+    for z0 in grid(-12.0, 4.0) {
+        for z1 in grid(-18.0, 12.0) {
+            let value = posterior.evaluate(&[z0, z1], &mut [0.0; 2]).unwrap();
+            let weight = (value + 10.0).exp();
+            for (sum, power) in sums.iter_mut().zip([1.0, z0, z1, z0 * z0, z1 * z1]) {
+                *sum += weight * power;
+            }
+        }
+    }
+
+    let start = posterior.prior().start(&[1.0, 0.3]);
+    let chains: Vec<Chain> = (0..4)
+        .map(|k| sample_chain(&mut toy(&x, &TARGETS), &start, &OPTIONS, 7, k).unwrap())
+        .collect();
+    let cases: [(fn(&[f64]) -> f64, f64); 4] = [
+        (|z| z[0], sums[1] / sums[0]),
+        (|z| z[1], sums[2] / sums[0]),
+        (|z| z[0] * z[0], sums[3] / sums[0]),
+        (|z| z[1] * z[1], sums[4] / sums[0]),
+    ];
+    for (of, expected) in cases {
+        let values = columns(&chains, of);
+        let (mean, error) = mean_and_error(&values);
+        assert!(
+            (mean - expected).abs() < 4.0 * error,
+            "{mean} ± {error}, {expected}"
+        );
+        assert!(ChainSummary::of(&values).r_hat < 1.02);
+    }
+}
+
+/// x_t = φ x_{t−1} + √(1 − φ²) ε, stationary from the beginning.
+fn autoregressive(seed: u64, phi: f64, n: usize) -> Vec<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || normal_quantile(0.5 * f64::EPSILON + rng.random::<f64>());
+    let mut x = normal();
+    let mut next = || {
+        x = phi * x + (1.0 - phi * phi).sqrt() * normal();
+        x
+    };
+    (0..n).map(|_| next()).collect()
+}
+
+#[test]
+fn effective_size_of_autoregressive_chains_is_the_known_one() {
+    for phi in [-0.3, 0.0, 0.5, 0.9] {
+        let chains: Vec<Vec<f64>> = (0..4).map(|k| autoregressive(k, phi, 20_000)).collect();
+        // 1 + 2 Σ φᵗ = (1 + φ)/(1 − φ)
+        let expected = 80_000.0 * (1.0 - phi) / (1.0 + phi);
+        let found = effective_sample_size(&chains);
+        assert!(
+            (found / expected - 1.0).abs() < 0.1,
+            "{phi}: {found} {expected}"
+        );
+        let summary = ChainSummary::of(&chains);
+        assert!((summary.bulk_size / expected - 1.0).abs() < 0.1);
+        assert!(summary.r_hat < 1.01);
+    }
+}
+
+#[test]
+fn chains_that_disagree_are_found_out() {
+    let mut chains: Vec<Vec<f64>> = (0..4).map(|k| autoregressive(k, 0.0, 1000)).collect();
+    // One of four chains is off by 2: B/N = (2²·3/16)·8/7 of 8 halves, so R̂² ≈ 1 + 6/7.
+    for value in &mut chains[3] {
+        *value += 2.0;
+    }
+    let found = split_r_hat(&chains);
+    assert!(
+        (found - (1.0_f64 + 6.0 / 7.0).sqrt()).abs() < 0.05,
+        "{found}"
+    );
+    assert!(ChainSummary::of(&chains).r_hat > 1.2);
+
+    // Another width, the same mean: only the folded ranks see it.
+    let mut chains: Vec<Vec<f64>> = (0..4).map(|k| autoregressive(k, 0.0, 1000)).collect();
+    for value in &mut chains[3] {
+        *value *= 5.0;
+    }
+    assert!(split_r_hat(&chains) < 1.02);
+    assert!(ChainSummary::of(&chains).r_hat > 1.1);
+
+    // A chain that drifts is found out by its halves.
+    let drift: Vec<f64> = (0..1000).map(|i| f64::from(i) / 100.0).collect();
+    assert!(split_r_hat(&[drift]) > 1.5);
+}

@@ -1,0 +1,330 @@
+//! One K^ρ for all joints: hyperparameters learned over the joints together, inference joint by joint.
+//!
+//! ```text
+//! L(θ_1, σ_1, …, θ_ℓ, σ_ℓ, Λ) = Σ_i log p(t_i | X, θ_i^x, ΛΛᵀ, σ_i)
+//! ```
+//! It is the case of equal A_i in eq. (13). Λ has as many entries as for one joint, so that
+//! eq. (19) counts ½ r (2m + 1 − r) of them once: [`crate::RankCounts::n_params_shared`].
+//!
+//! Source: sec. 5, first extension.
+
+use faer::Mat;
+use gp_core::optimize::{MinimizeOptions, Objective, StopReason, minimize};
+use gp_core::{FitPosterior, GpError, LogMarginal};
+use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
+
+use crate::error::MtgpError;
+use crate::layout::Stacked;
+use crate::prior::MultiTaskCovariance;
+use crate::rank_part::rank_part;
+use crate::task_cov::{TaskCovariance, TaskFactor};
+use crate::task_fit::{MultiTaskOptions, TaskFit};
+
+/// All joints of a robot, learned with one K^ρ.
+#[derive(Debug, Clone)]
+pub struct SharedFit {
+    /// The process of every joint, conditioned on its torques; all have the same Λ.
+    pub joints: Vec<FitPosterior<MultiTaskCovariance>>,
+    /// log L_i of every joint, natural log.
+    pub log_marginals: Vec<f64>,
+    /// Σ_i log L_i at the start.
+    pub initial_log_marginal: f64,
+    /// Evaluations of the sum over the joints with its gradient.
+    pub evaluations: usize,
+    /// Why the search ended.
+    pub stop: StopReason,
+}
+
+impl SharedFit {
+    /// Σ_i log L_i, natural log.
+    pub fn log_marginal(&self) -> f64 {
+        self.log_marginals.iter().sum()
+    }
+
+    /// K^ρ, (m, m).
+    pub fn k_task(&self) -> Mat<f64> {
+        self.joints[0].covariance().task().k_task()
+    }
+}
+
+/// Learns one Λ with θ_i^x and σ_i of every joint, from fits of the joints on their own.
+///
+/// The start is the rank-r part of the average of their K^ρ, each divided by its mean diagonal,
+/// which goes into θ_i^x: (a² K^ρ, c^x/a²) is one model.
+/// Sequential and deterministic.
+/// # Shapes
+/// `targets` of every joint (n,), in the order of the rows of `data`; `starts` one fit per joint.
+/// # Errors
+/// [`MtgpError::NoJoints`]; [`MtgpError::CountMismatch`] unless there is one start per joint, and as
+/// many targets as rows; [`MtgpError::BadRank`]; [`MtgpError::Gp`] if the start has no likelihood.
+/// # Source
+/// Sec. 5, first extension.
+pub fn fit_shared(
+    data: &Stacked,
+    targets: &[Vec<f64>],
+    rank: usize,
+    starts: &[&TaskFit],
+    options: &MultiTaskOptions,
+) -> Result<SharedFit, MtgpError> {
+    require_joints(data, targets, starts)?;
+    let factor = mean_factor(starts, rank, options)?;
+    let task = TaskCovariance::Factor(factor);
+    let covariances = (starts.iter())
+        .map(|fit| Ok(MultiTaskCovariance::new(rescaled(fit)?, task.clone())))
+        .collect::<Result<Vec<_>, MtgpError>>()?;
+    let noise_stds: Vec<f64> = starts.iter().map(|fit| fit.noise_std()).collect();
+
+    let mut objective = Together::new(data, targets, covariances, options)?;
+    let start = objective.unconstrained(&noise_stds);
+    let mut unused = vec![0.0; start.len()];
+    let initial_log_marginal = -objective.value_and_gradient(&start, &mut unused);
+    if !initial_log_marginal.is_finite() {
+        return Err(GpError::NoUsableStart { n_starts: 1 }.into());
+    }
+    let minimum = minimize(
+        &mut objective,
+        &start,
+        &MinimizeOptions {
+            gradient_tolerance: options.gradient_tolerance,
+            value_tolerance: options.value_tolerance,
+            max_evaluations: options.max_evaluations,
+            max_recoveries: 10,
+        },
+    );
+    let noise_stds = objective.set(&minimum.z);
+    let covariances = objective.covariances;
+    let mut joints = Vec::new();
+    let mut log_marginals = Vec::new();
+    for ((covariance, noise_std), targets) in covariances.into_iter().zip(noise_stds).zip(targets) {
+        let x = data.inputs();
+        let mut evidence = LogMarginal::new(x, targets, options.likelihood);
+        let mut gradient = vec![0.0; covariance.n_params() + 1];
+        let evaluation = evidence.evaluate(&covariance, noise_std, &mut gradient)?;
+        log_marginals.push(evaluation.log_marginal_likelihood);
+        let likelihood = options.likelihood;
+        joints.push(FitPosterior::new(
+            covariance, noise_std, x, targets, likelihood,
+        )?);
+    }
+    Ok(SharedFit {
+        joints,
+        log_marginals,
+        initial_log_marginal,
+        evaluations: minimum.evaluations + 1,
+        stop: minimum.stop,
+    })
+}
+
+fn require_joints(
+    data: &Stacked,
+    targets: &[Vec<f64>],
+    starts: &[&TaskFit],
+) -> Result<(), MtgpError> {
+    if targets.is_empty() {
+        return Err(MtgpError::NoJoints);
+    }
+    let require = |what, found: usize, expected: usize| {
+        if found == expected {
+            return Ok(());
+        }
+        Err(MtgpError::CountMismatch {
+            what,
+            found,
+            expected,
+        })
+    };
+    require("fits to start from", starts.len(), targets.len())?;
+    for (targets, fit) in targets.iter().zip(starts) {
+        require("targets", targets.len(), data.tasks().len())?;
+        let n_tasks = fit.covariance().n_tasks();
+        require("tasks of a fit to start from", n_tasks, data.n_tasks())?;
+    }
+    Ok(())
+}
+
+/// a² = tr K^ρ/m of a fit.
+fn mean_diagonal(fit: &TaskFit) -> f64 {
+    let k_task = fit.k_task();
+    let m = k_task.nrows();
+    (0..m).map(|task| k_task[(task, task)]).sum::<f64>() / m as f64
+}
+
+/// Λ of the rank-r part of the average of K^ρ/a².
+fn mean_factor(
+    starts: &[&TaskFit],
+    rank: usize,
+    options: &MultiTaskOptions,
+) -> Result<TaskFactor, MtgpError> {
+    let m = starts[0].covariance().n_tasks();
+    let mut sum = Mat::<f64>::zeros(m, m);
+    for fit in starts {
+        let weight = 1.0 / (mean_diagonal(fit) * starts.len() as f64);
+        let k_task = fit.k_task();
+        for col in 0..m {
+            for row in 0..m {
+                sum[(row, col)] += weight * k_task[(row, col)];
+            }
+        }
+    }
+    rank_part(sum.as_ref(), rank, options.rank_part)
+}
+
+/// a² c^x of a fit.
+fn rescaled(fit: &TaskFit) -> Result<TorqueCovariance, MtgpError> {
+    let a = mean_diagonal(fit).sqrt();
+    let times_a = |values: Vec<f64>| values.into_iter().map(|value| a * value).collect();
+    let params = fit.covariance().input().named_params();
+    Ok(TorqueCovariance::new(TorqueParams {
+        bias_std: a * params.bias_std,
+        linear_std: times_a(params.linear_std),
+        signal_std: a * params.signal_std,
+        length_scales: params.length_scales,
+        coulomb_std: params.coulomb_std.map(times_a),
+    })?)
+}
+
+/// −Σ_i log L_i as a function of unconstrained coordinates: (θ_1^x, σ_1), (θ_2^x, σ_2), …, Λ.
+struct Together<'a> {
+    likelihoods: Vec<LogMarginal<'a>>,
+    covariances: Vec<MultiTaskCovariance>,
+    layout: ParamLayout,
+}
+
+impl<'a> Together<'a> {
+    fn new(
+        data: &'a Stacked,
+        targets: &'a [Vec<f64>],
+        covariances: Vec<MultiTaskCovariance>,
+        options: &MultiTaskOptions,
+    ) -> Result<Self, MtgpError> {
+        let noise = Jitter::new(1.0)?.layout();
+        let mut layout = ParamLayout::new();
+        for covariance in &covariances {
+            layout = (layout.followed_by(covariance.input().layout())).followed_by(noise.clone());
+        }
+        let layout = layout.followed_by(covariances[0].task().layout());
+        let likelihood =
+            |targets: &'a Vec<f64>| LogMarginal::new(data.inputs(), targets, options.likelihood);
+        Ok(Self {
+            likelihoods: targets.iter().map(likelihood).collect(),
+            covariances,
+            layout,
+        })
+    }
+
+    fn unconstrained(&self, noise_stds: &[f64]) -> Vec<f64> {
+        let mut theta = Vec::new();
+        for (covariance, noise_std) in self.covariances.iter().zip(noise_stds) {
+            theta.extend(covariance.input().params());
+            theta.push(*noise_std);
+        }
+        theta.extend(self.covariances[0].task().params());
+        let pairs = self.layout.specs().iter().zip(theta);
+        pairs
+            .map(|(spec, value)| {
+                let inside = spec.transform.clamp_inside(value);
+                spec.transform.unconstrained(inside)
+            })
+            .collect()
+    }
+
+    /// Takes the hyperparameters of z; returns σ of every joint.
+    fn set(&mut self, z: &[f64]) -> Vec<f64> {
+        let specs = self.layout.specs().iter().zip(z);
+        let theta: Vec<f64> = specs.map(|(spec, z)| spec.transform.natural(*z)).collect();
+        let n_task = self.covariances[0].task().n_params();
+        let (of_joints, of_task) = theta.split_at(theta.len() - n_task);
+        let n_each = of_joints.len() / self.covariances.len();
+        let joints = self
+            .covariances
+            .iter_mut()
+            .zip(of_joints.chunks_exact(n_each));
+        joints
+            .map(|(covariance, of_joint)| {
+                let (noise_std, of_input) = of_joint.split_last().expect("σ is the last");
+                covariance.set_params(&[of_input, of_task].concat());
+                *noise_std
+            })
+            .collect()
+    }
+
+    /// Σ_i log L_i with its natural gradient.
+    fn sum(&mut self, noise_stds: &[f64], gradient: &mut [f64]) -> Result<f64, GpError> {
+        gradient.fill(0.0);
+        let n_task = self.covariances[0].task().n_params();
+        let (of_joints, of_task) = gradient.split_at_mut(gradient.len() - n_task);
+        let n_each = of_joints.len() / self.covariances.len();
+        let mut value = 0.0;
+        for (idx, of_joint) in of_joints.chunks_exact_mut(n_each).enumerate() {
+            let mut slopes = vec![0.0; n_each + n_task];
+            let (covariance, noise_std) = (&self.covariances[idx], noise_stds[idx]);
+            let evaluation = self.likelihoods[idx].evaluate(covariance, noise_std, &mut slopes)?;
+            value += evaluation.log_marginal_likelihood;
+            // θ^x, Λ, σ → (θ^x, σ), Λ
+            let (of_input, rest) = slopes.split_at(n_each - 1);
+            of_joint[..n_each - 1].copy_from_slice(of_input);
+            of_joint[n_each - 1] = rest[n_task];
+            for (total, slope) in of_task.iter_mut().zip(rest) {
+                *total += slope;
+            }
+        }
+        Ok(value)
+    }
+}
+
+impl Objective for Together<'_> {
+    fn value_and_gradient(&mut self, z: &[f64], gradient: &mut [f64]) -> f64 {
+        let noise_stds = self.set(z);
+        let Ok(value) = self.sum(&noise_stds, gradient) else {
+            return f64::INFINITY;
+        };
+        for ((slope, spec), z) in gradient.iter_mut().zip(self.layout.specs()).zip(z) {
+            *slope *= -spec.transform.derivative(*z);
+        }
+        if value.is_finite() {
+            -value
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kernels::TorqueForm;
+
+    #[test]
+    fn gradient_of_the_sum_is_its_central_difference() {
+        let x = Mat::from_fn(8, 3, |row, col| ((3 * row + 5 * col) as f64).sin());
+        let tasks: Vec<usize> = (0..8).map(|row| row % 3).collect();
+        let data = Stacked::new(x.as_ref(), &tasks, 3).expect("three tasks");
+        let targets: Vec<Vec<f64>> = (0..2)
+            .map(|joint| (0..8).map(|i| f64::from(2 * i + joint).cos()).collect())
+            .collect();
+        let factor = TaskFactor::from_entries(3, 2, &[1.0, 0.4, 0.8, -0.3, 0.6]).expect("rank 2");
+        let task = TaskCovariance::Factor(factor);
+        let input = TorqueCovariance::unit(1, TorqueForm::Coulomb);
+        let covariance = MultiTaskCovariance::new(input, task);
+        let options = MultiTaskOptions::chapter();
+        let covariances = vec![covariance.clone(), covariance];
+        let mut sum = Together::new(&data, &targets, covariances, &options).expect("σ = 1");
+        let z = sum.unconstrained(&[0.3, 0.5]);
+        assert_eq!(z.len(), 2 * 10 + 5);
+        let mut gradient = vec![0.0; z.len()];
+        sum.value_and_gradient(&z, &mut gradient);
+        for idx in 0..z.len() {
+            let step = f64::EPSILON.cbrt();
+            let mut at = |shift: f64| {
+                let mut moved = z.clone();
+                moved[idx] += shift;
+                sum.value_and_gradient(&moved, &mut vec![0.0; z.len()])
+            };
+            let difference = (at(step) - at(-step)) / (2.0 * step);
+            // Values of some tens, conditions below 10³, third derivatives below 10².
+            let tolerance = 1e3 * 50.0 * f64::EPSILON / step + 100.0 * step * step;
+            let error = (gradient[idx] - difference).abs();
+            assert!(error < tolerance, "{idx}: {error:e} {tolerance:e}");
+        }
+    }
+}
