@@ -11,7 +11,7 @@
 //! Sec. 2.1 for the friction; Khalil & Dombre 2002, *Modeling, Identification and Control of Robots*,
 //! sec. 12.3, for drives among the parameters to identify.
 
-use crate::friction::{Effects, Friction};
+use crate::friction::{Effects, Friction, Law};
 use crate::model::Model;
 use crate::workspace::check_len;
 
@@ -40,7 +40,7 @@ pub fn drive_parameters(model: &Model, effects: Effects) -> Vec<f64> {
             Friction::Toolbox2008 => Some(&friction.toolbox_2008),
         };
         let rotor = if effects.rotor_inertia { *rotor } else { 0.0 };
-        let [viscous, positive, negative] = law.map_or([0.0; 3], |law| law.parameters());
+        let [viscous, positive, negative] = law.map_or([0.0; 3], Law::parameters);
         [rotor, viscous, positive, negative]
     };
     drives.flat_map(of_joint).collect()
