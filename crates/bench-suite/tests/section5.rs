@@ -87,8 +87,17 @@ fn every_experiment_is_made_and_says_what_was_asked_for() {
         ],
     );
     let section = make(&context, &bench).unwrap();
-    let names: Vec<&str> = section.files.iter().map(|(name, _)| name.as_str()).collect();
-    for name in ["context_confusion.csv", "context_unknown.csv", "context_delays.csv", "context.png"] {
+    let names: Vec<&str> = section
+        .files
+        .iter()
+        .map(|(name, _)| name.as_str())
+        .collect();
+    for name in [
+        "context_confusion.csv",
+        "context_unknown.csv",
+        "context_delays.csv",
+        "context.png",
+    ] {
         assert!(names.contains(&name), "{names:?}");
     }
     // Two layouts of ten samples, four ways to ask for the unknown load, one window.
