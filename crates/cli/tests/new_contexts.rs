@@ -92,10 +92,19 @@ fn the_total_is_that_of_the_library_and_its_last_row_the_same_with_a_long_window
         let of_context = &found["contexts"][idx];
         assert_eq!(of_context["context"], *context);
         let number = |key: &str| of_context[key].as_f64().unwrap();
-        assert_eq!(number("log_density"), evidence.log_densities()[idx]);
-        assert_eq!(number("probability"), posterior[idx]);
         let p_value = chi_squared_upper_tail(evidence.squares()[idx], 15);
-        assert_eq!(number("p_value"), p_value);
+        for (key, expected) in [
+            ("log_density", evidence.log_densities()[idx]),
+            ("probability", posterior[idx]),
+            ("p_value", p_value),
+        ] {
+            // The library that reads JSON may be off by a unit in the last place.
+            let error = (number(key) - expected).abs();
+            assert!(
+                error <= 2.0 * f64::EPSILON * expected.abs(),
+                "{key}: {error}"
+            );
+        }
         // The window holds all rows and no context changes: eq. (21) by another way.
         let last = rows[14]["probabilities"][idx].as_f64().unwrap();
         assert!((last - posterior[idx]).abs() <= 1e-9, "{last}");
@@ -264,7 +273,7 @@ fn requests_that_are_refused() {
     for command in [context("spoilt.csv"), adapt("spoilt.csv --context c3")] {
         let message = folder.refusal(&command);
         assert!(
-            message.starts_with("spoilt.csv: row 2 (line 3), column `q1` (joint1, rad): `NaN"),
+            message.starts_with("spoilt.csv: row 2 (line 3), column `q1` (joint1, rad or m): `NaN"),
             "{message}"
         );
     }

@@ -95,7 +95,9 @@ fn follow(
 ) -> Result<Outcome, BenchError> {
     let m = model.contexts().len();
     let interval = Scenario::reference().duration(change.trajectory.speed_idx) / N_SAMPLES as f64;
-    let after = (HORIZON / interval).ceil() as usize;
+    let after = (1..)
+        .take_while(|&n| f64::from(n) * interval <= HORIZON + 1e-9)
+        .count();
     let (x, torques) = motion(change, after, bench, settings.switch_noise);
 
     let posteriors = model

@@ -178,6 +178,6 @@ impl Settings {
             sum += logs.iter().sum::<f64>();
             n += logs.len();
         }
-        Some((sum / f64::from(u32::try_from(n).ok()?)).exp())
+        (n > 0).then(|| (sum / n as f64).exp())
     }
 }

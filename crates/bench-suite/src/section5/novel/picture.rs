@@ -25,75 +25,83 @@ fn style(learner: Learner) -> (&'static str, Option<&'static str>) {
     }
 }
 
+/// Where logarithms of samples and of nMSE lie on the page.
+struct Axes {
+    /// Of the largest number of samples.
+    last: f64,
+    /// Exponents of the ends of the vertical axis.
+    low: f64,
+    high: f64,
+}
+
+impl Axes {
+    fn around(curves: &[Vec<(f64, f64)>], counts: &[usize]) -> Self {
+        let (low, high) = extent(curves.iter().flatten().map(|(_, value)| *value));
+        let low = low.floor();
+        Self {
+            last: extent(counts.iter().map(|&count| count as f64)).1.log10(),
+            low,
+            high: high.ceil().max(low + 1.0),
+        }
+    }
+
+    fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        let (left, top, width, height) = AXES;
+        let across = if self.last > 0.0 { x / self.last } else { 0.0 };
+        let down = (self.high - y) / (self.high - self.low);
+        (left + across * width, top + down * height)
+    }
+
+    fn frame(&self, counts: &[usize], picture: &mut Picture) {
+        let (left, top, width, height) = AXES;
+        picture.rectangle(AXES, "none", Some("#999999"));
+        let mut exponent = self.low;
+        while exponent <= self.high {
+            let (x, y) = self.at((0.0, exponent));
+            picture.line((x, y), (left + width, y));
+            let label = format!("1e{exponent:.0}").replace('-', "−");
+            picture.text(left - 6.0, y + 4.0, &label, Font::Remark, Align::Right);
+            exponent += 1.0;
+        }
+        let bottom = top + height;
+        for &count in counts {
+            let (x, _) = self.at(((count as f64).log10(), self.low));
+            let label = count.to_string();
+            picture.text(x, bottom + 16.0, &label, Font::Remark, Align::Centre);
+        }
+        let (middle, label) = (left + width / 2.0, "samples of the new load");
+        picture.text(middle, bottom + 40.0, label, Font::Label, Align::Centre);
+        let label = "nMSE on extrap, joints 2 to 6";
+        picture.vertical_text(18.0, top + height / 2.0, label, Font::Label);
+    }
+}
+
 /// The picture, of the first noise.
 pub fn draw(scores: &[Score], settings: &Settings) -> Picture {
     let (left, top, width, height) = AXES;
     let mut picture = Picture::new(left + width + 150.0, top + height + 60.0);
-    let logs = |learner| -> Vec<(f64, f64)> {
+    let curve = |learner| -> Vec<(f64, f64)> {
         let point = |&count: &usize| {
             let value = settings.mean(scores, (learner, 0, count), JOINTS)?;
             Some(((count as f64).log10(), value.log10().max(LOWEST)))
         };
         settings.counts.iter().filter_map(point).collect()
     };
-    let all: Vec<f64> = (Learner::ALL.into_iter())
-        .flat_map(|learner| logs(learner).into_iter().map(|(_, value)| value))
-        .collect();
-    let (low, high) = extent(all);
-    let (low, high) = (low.floor(), high.ceil().max(low.floor() + 1.0));
-    let last = extent(settings.counts.iter().map(|&count| count as f64))
-        .1
-        .log10();
-    let at = |(x, y): (f64, f64)| {
-        let across = if last > 0.0 { x / last } else { 0.0 };
-        (
-            left + across * width,
-            top + (high - y) / (high - low) * height,
-        )
-    };
-    picture.rectangle(AXES, "none", Some("#999999"));
-    let mut exponent = low;
-    while exponent <= high {
-        let (x, y) = at((0.0, exponent));
-        picture.line((x, y), (left + width, y));
-        let label = format!("1e{exponent:.0}").replace('-', "−");
-        picture.text(left - 6.0, y + 4.0, &label, Font::Remark, Align::Right);
-        exponent += 1.0;
-    }
-    for &count in &settings.counts {
-        let (x, _) = at(((count as f64).log10(), low));
-        picture.text(
-            x,
-            top + height + 16.0,
-            &count.to_string(),
-            Font::Remark,
-            Align::Centre,
-        );
-    }
-    let middle = left + width / 2.0;
-    picture.text(
-        middle,
-        top + height + 40.0,
-        "samples of c15",
-        Font::Label,
-        Align::Centre,
-    );
-    picture.vertical_text(
-        18.0,
-        top + height / 2.0,
-        "nMSE on extrap, joints 2 to 6",
-        Font::Label,
-    );
-    for (idx, learner) in Learner::ALL.into_iter().enumerate() {
+    let curves: Vec<Vec<(f64, f64)>> = Learner::ALL.into_iter().map(curve).collect();
+    let axes = Axes::around(&curves, &settings.counts);
+    axes.frame(&settings.counts, &mut picture);
+    for (idx, (learner, curve)) in Learner::ALL.into_iter().zip(curves).enumerate() {
         let (colour, dashes) = style(learner);
         let pen = || Pen {
             colour,
             width: 2.0,
             dashes,
         };
-        picture.stroke(logs(learner).into_iter().map(at).collect(), pen());
-        let y = top + 14.0 + 20.0 * idx as f64;
-        let x = left + width + 12.0;
+        picture.stroke(
+            curve.into_iter().map(|point| axes.at(point)).collect(),
+            pen(),
+        );
+        let (x, y) = (left + width + 12.0, top + 14.0 + 20.0 * idx as f64);
         picture.stroke(vec![(x, y - 4.0), (x + 28.0, y - 4.0)], pen());
         picture.text(x + 34.0, y, learner.name(), Font::Label, Align::Left);
     }
