@@ -36,21 +36,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
 
     // 3. A Gaussian process for every joint, learned from the log alone.
-    let mut learned: Vec<(usize, JointModel)> = Vec::new();
-    for joint in 0..N_JOINTS {
-        let targets: Vec<f64> = rows.iter().map(|row| torques[row * N_JOINTS + joint]).collect();
-        let fit = gp_core::fit(x.as_ref(), &targets, TorqueForm::Coulomb, &FitOptions::several())?;
-        learned.push((joint, fit.into()));
-    }
-    let names = model.joint_names().to_vec();
-    let provenance = Provenance {
-        data_sha256: [0; 32],
-        robot_sha256: None,
-        program: "example".to_owned(),
-        context: "c10".to_owned(),
+    let of_joint = |joint: usize| -> Vec<f64> {
+        rows.iter()
+            .map(|row| torques[row * N_JOINTS + joint])
+            .collect()
     };
-    let torque_model =
-        TorqueModel::new(names, learned, TrainingRanges::of(x.as_ref())?, provenance)?;
+    let targets: Vec<Vec<f64>> = (0..N_JOINTS).map(of_joint).collect();
+    let torque_model = learn(model.joint_names(), &x, &targets)?;
 
     // 4. The model as feed-forward: means at the desired state, without an allocation a tick.
     let predictor = torque_model.predictor();
@@ -58,8 +50,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (mut state, mut var) = ([0.0; 3 * N_JOINTS], [0.0; N_JOINTS]);
     let mut from_log = |desired: &JointState, tau: &mut [f64]| {
         let numbers = desired.q.iter().chain(&desired.qd).chain(&desired.qdd);
-        state.iter_mut().zip(numbers).for_each(|(x, number)| *x = *number);
-        if predictor.predict_into(&mut scratch, &state, tau, &mut var).is_err() {
+        state
+            .iter_mut()
+            .zip(numbers)
+            .for_each(|(x, number)| *x = *number);
+        if predictor
+            .predict_into(&mut scratch, &state, tau, &mut var)
+            .is_err()
+        {
             tau.fill(f64::NAN); // stops the loop with the joint's name
         }
     };
@@ -72,16 +70,22 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let inertias = [3.0, 4.5, 1.2, 0.2, 0.18, 0.2]; // kg m², what each joint turns, roughly
     println!("RMS error over all joints, mrad");
-    println!("{:>10} {:>10} {:>10} {:>10}", "ω (rad/s)", "nothing", "gravity", "learned");
+    println!(
+        "{:>10} {:>10} {:>10} {:>10}",
+        "ω (rad/s)", "nothing", "gravity", "learned"
+    );
     for bandwidth in [2.0, 4.0, 8.0, 16.0] {
         let controller = CompositeController::with_bandwidth(&inertias, bandwidth, 1.0)?;
         let track = |feed_forward: &mut dyn FnMut(&JointState, &mut [f64])| {
             let mut robot = ClosedLoop::new(model, effects, carried.clone(), &reference, rate)?;
             let (mut squares, mut n) = (0.0, 0.0);
-            let mut feed_forward = |desired: &JointState, tau: &mut [f64]| feed_forward(desired, tau);
+            let mut feed_forward =
+                |desired: &JointState, tau: &mut [f64]| feed_forward(desired, tau);
             robot.run(&controller, &mut feed_forward, f64::INFINITY, |tick| {
                 let errors = tick.desired.q.iter().zip(tick.q);
-                squares += errors.map(|(desired, q)| (desired - q).powi(2)).sum::<f64>();
+                squares += errors
+                    .map(|(desired, q)| (desired - q).powi(2))
+                    .sum::<f64>();
                 n += N_JOINTS as f64;
             })?;
             Ok::<f64, Box<dyn Error>>(1e3 * (squares / n).sqrt())
@@ -93,4 +97,35 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{bandwidth:>10} {nothing:>10.3} {with_gravity:>10.3} {with_log:>10.3}");
     }
     Ok(())
+}
+
+/// A GPc of every joint: eqs. (3) to (8).
+fn learn(
+    joints: &[String],
+    x: &Mat<f64>,
+    targets: &[Vec<f64>],
+) -> Result<TorqueModel, Box<dyn Error>> {
+    let mut learned: Vec<(usize, JointModel)> = Vec::new();
+    for (joint, targets) in targets.iter().enumerate() {
+        let fit = gp_core::fit(
+            x.as_ref(),
+            targets,
+            TorqueForm::Coulomb,
+            &FitOptions::several(),
+        )?;
+        learned.push((joint, fit.into()));
+    }
+    let provenance = Provenance {
+        data_sha256: [0; 32],
+        robot_sha256: None,
+        program: "example".to_owned(),
+        context: "c10".to_owned(),
+    };
+    let ranges = TrainingRanges::of(x.as_ref())?;
+    Ok(TorqueModel::new(
+        joints.to_vec(),
+        learned,
+        ranges,
+        provenance,
+    )?)
 }
