@@ -36,29 +36,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
 
     // 3. A Gaussian process for every joint, learned from the log alone.
-    let mut learned: Vec<(usize, JointModel)> = Vec::new();
-    for joint in 0..N_JOINTS {
-        let targets: Vec<f64> = rows
-            .iter()
+    let of_joint = |joint: usize| -> Vec<f64> {
+        rows.iter()
             .map(|row| torques[row * N_JOINTS + joint])
-            .collect();
-        let fit = gp_core::fit(
-            x.as_ref(),
-            &targets,
-            TorqueForm::Coulomb,
-            &FitOptions::several(),
-        )?;
-        learned.push((joint, fit.into()));
-    }
-    let names = model.joint_names().to_vec();
-    let provenance = Provenance {
-        data_sha256: [0; 32],
-        robot_sha256: None,
-        program: "example".to_owned(),
-        context: "c10".to_owned(),
+            .collect()
     };
-    let torque_model =
-        TorqueModel::new(names, learned, TrainingRanges::of(x.as_ref())?, provenance)?;
+    let targets: Vec<Vec<f64>> = (0..N_JOINTS).map(of_joint).collect();
+    let torque_model = learn(model.joint_names(), &x, &targets)?;
 
     // 4. The model as feed-forward: means at the desired state, without an allocation a tick.
     let predictor = torque_model.predictor();
@@ -113,4 +97,35 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{bandwidth:>10} {nothing:>10.3} {with_gravity:>10.3} {with_log:>10.3}");
     }
     Ok(())
+}
+
+/// A GPc of every joint: eqs. (3) to (8).
+fn learn(
+    joints: &[String],
+    x: &Mat<f64>,
+    targets: &[Vec<f64>],
+) -> Result<TorqueModel, Box<dyn Error>> {
+    let mut learned: Vec<(usize, JointModel)> = Vec::new();
+    for (joint, targets) in targets.iter().enumerate() {
+        let fit = gp_core::fit(
+            x.as_ref(),
+            targets,
+            TorqueForm::Coulomb,
+            &FitOptions::several(),
+        )?;
+        learned.push((joint, fit.into()));
+    }
+    let provenance = Provenance {
+        data_sha256: [0; 32],
+        robot_sha256: None,
+        program: "example".to_owned(),
+        context: "c10".to_owned(),
+    };
+    let ranges = TrainingRanges::of(x.as_ref())?;
+    Ok(TorqueModel::new(
+        joints.to_vec(),
+        learned,
+        ranges,
+        provenance,
+    )?)
 }

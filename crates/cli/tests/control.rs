@@ -136,15 +136,15 @@ fn a_model_of_several_loads_is_asked_for_one() {
         "motion.csv",
         "t,q_hinge,qd_hinge,qdd_hinge\n0,0,0,0\n1,1,0,0\n",
     );
-    let mut runs = "context,q_hinge,qd_hinge,qdd_hinge,tau_hinge\n".to_owned();
-    for row in 0..24 {
+    let header = "context,q_hinge,qd_hinge,qdd_hinge,tau_hinge".to_owned();
+    let row = |row: u32| {
         let (angle, load) = (f64::from(row) / 8.0 - 1.0, f64::from(1 + row % 2));
+        let context = if row % 2 == 0 { "one" } else { "two" };
         let torque = -9.81 * load * angle.cos();
-        runs += &format!(
-            "{},{angle},0.1,0.2,{torque}\n",
-            ["one", "two"][row as usize % 2]
-        );
-    }
+        format!("{context},{angle},0.1,0.2,{torque}")
+    };
+    let lines: Vec<String> = std::iter::once(header).chain((0..24).map(row)).collect();
+    let runs = lines.join("\n");
     folder.write("runs.csv", runs);
     folder.run("fit --data runs.csv --model mgp --rank 1 --output loads.tgp");
     let control = "control --robot pendulum.urdf --reference motion.csv --kp 50 --kd 10 --feed-forward loads.tgp";
@@ -163,8 +163,16 @@ fn a_model_of_several_loads_is_asked_for_one() {
     assert!(said.contains("--context one is for model files"), "{said}");
 }
 
+/// Each command is refused with its message.
+fn refuse_all(folder: &Folder, cases: &[(String, &str)]) {
+    for (arguments, message) in cases {
+        let said = folder.refusal(arguments);
+        assert!(said.contains(message), "{arguments}: {said}");
+    }
+}
+
 #[test]
-fn faults_are_named() {
+fn faults_of_the_reference_are_named() {
     let folder = folder();
     let short = folder.read("short.csv");
     let lines: Vec<&str> = short.lines().collect();
@@ -178,86 +186,101 @@ fn faults_are_named() {
     folder.write("untimed.csv", short.replacen(",t,", ",time,", 1));
     let spoilt = lines[2].replacen("0.00125", "NaN", 1);
     folder.write("nan.csv", [lines[0], lines[1], &spoilt].join("\n"));
-    folder.write("pendulum.urdf", PENDULUM);
     folder.write(
         "pendulum.csv",
-        "q_hinge,qd_hinge,qdd_hinge,tau_hinge\n0,0,0,1\n1,0,0,2\n2,1,0,2\n",
+        "t,q_hinge,qd_hinge,qdd_hinge\n0,0,0,0\n1,1,0,0\n",
     );
-    folder.run("fit --data pendulum.csv --model lrc --output pendulum.tgp");
-
-    let exact = format!("{CONTROL} --feed-forward exact");
-    let of = |file: &str| exact.replace("short.csv", file);
-    for (arguments, message) in [
-        (of("empty.csv"), "empty.csv: the file is empty"),
-        (
-            of("header.csv"),
-            "header.csv: there is a header but no row below it",
-        ),
-        (
-            of("one.csv"),
-            "one.csv: reference motion: 1 samples of 6 joints",
-        ),
-        (
-            of("twice.csv"),
-            "sample 2 is at 0.00125 s and sample 3 at 0.00125 s",
-        ),
-        (of("untimed.csv"), "untimed.csv: there is no column `t`"),
-        (
-            of("nan.csv"),
-            "nan.csv: row 2 (line 3), column `t` (time, s): NaN is not a finite",
-        ),
-        (of("none.csv"), "cannot read none.csv"),
-        (
-            exact.replace(
-                "--payload c3.toml --reference short.csv",
-                "--reference pendulum.csv",
+    let of = |file: &str| format!("{CONTROL} --feed-forward exact").replace("short.csv", file);
+    refuse_all(
+        &folder,
+        &[
+            (of("empty.csv"), "empty.csv: the file is empty"),
+            (
+                of("header.csv"),
+                "header.csv: there is a header but no row below it",
             ),
-            "columns of no joint of it: q_hinge",
-        ),
-        (
-            format!("{CONTROL} --feed-forward pendulum.tgp"),
-            "pendulum.tgp is a model of the joints hinge; the robot has joint1, joint2",
-        ),
-        (format!("{CONTROL} --feed-forward short.csv"), "short.csv: "),
-        (
-            format!("{CONTROL} --feed-forward nowhere.tgp"),
-            "there is no such model file; beside files there are none, gravity and exact",
-        ),
-        (
-            exact.replace("--bandwidth 8", "--kp 1,2 --kd 1,2"),
-            "--kp has 2 gains, the robot has 6 joints: joint1, ",
-        ),
-        (
-            exact.replace("--bandwidth 8", "--bandwidth=-8"),
-            "--bandwidth -8: a number that is not negative",
-        ),
-        (
-            exact.replace("--bandwidth 8", "--kp 1,1,1,1,1,1 --kd=1,1,-1,1,1,1"),
-            "gain of joint `3`: damping is -1",
-        ),
-        (format!("{exact} --rate 0"), "--rate 0: ticks per second"),
-        (format!("{exact} --steps 0"), "--steps 0"),
-        (
-            format!("{exact} --output short.csv"),
-            "is the input short.csv",
-        ),
-        (
-            format!("{exact} --output -"),
-            "--output -: standard output has the summary",
-        ),
-        (
-            format!("{exact} --friction toolbox-2008"),
-            "joint `joint1`: its Coulomb friction goes from",
-        ),
-        (
-            exact.replace(
-                "--bandwidth 8",
-                "--kp 1e9,1e9,1e9,1e9,1e9,1e9 --kd 1,1,1,1,1,1",
-            ) + " --output ticks.csv",
-            "the simulation stops at ",
-        ),
-    ] {
-        let said = folder.refusal(&arguments);
-        assert!(said.contains(message), "{arguments}: {said}");
-    }
+            (
+                of("one.csv"),
+                "one.csv: reference motion: 1 samples of 6 joints",
+            ),
+            (
+                of("twice.csv"),
+                "sample 2 is at 0.00125 s and sample 3 at 0.00125 s",
+            ),
+            (of("untimed.csv"), "untimed.csv: there is no column `t`"),
+            (
+                of("nan.csv"),
+                "nan.csv: row 2 (line 3), column `t` (time, s): NaN is not a finite",
+            ),
+            (of("none.csv"), "cannot read none.csv"),
+            (of("pendulum.csv"), "columns of no joint of it: q_hinge"),
+        ],
+    );
+}
+
+#[test]
+fn faults_of_the_feed_forward_are_named() {
+    let folder = folder();
+    let data = "q_hinge,qd_hinge,qdd_hinge,tau_hinge\n0,0,0,1\n1,0,0,2\n2,1,0,2\n";
+    folder.write("pendulum.csv", data);
+    folder.run("fit --data pendulum.csv --model lrc --output pendulum.tgp");
+    let of = |source: &str| format!("{CONTROL} --feed-forward {source}");
+    refuse_all(
+        &folder,
+        &[
+            (
+                of("pendulum.tgp"),
+                "pendulum.tgp is a model of the joints hinge; the robot has joint1, joint2",
+            ),
+            (of("short.csv"), "short.csv: "),
+            (
+                of("nowhere.tgp"),
+                "there is no such model file; beside files there are none, gravity",
+            ),
+            (
+                of("pendulum.tgp --output pendulum.tgp"),
+                "is the input pendulum.tgp",
+            ),
+        ],
+    );
+}
+
+#[test]
+fn faults_of_gains_and_rates_are_named() {
+    let folder = folder();
+    let exact = format!("{CONTROL} --feed-forward exact");
+    let gains = |gains: &str| exact.replace("--bandwidth 8", gains);
+    let more = |option: &str| format!("{exact} {option}");
+    refuse_all(
+        &folder,
+        &[
+            (
+                gains("--kp 1,2 --kd 1,2"),
+                "--kp has 2 gains, the robot has 6 joints: joint1, ",
+            ),
+            (
+                gains("--bandwidth=-8"),
+                "--bandwidth -8: a number that is not negative",
+            ),
+            (
+                gains("--kp 1,1,1,1,1,1 --kd=1,1,-1,1,1,1"),
+                "gain of joint `3`: damping is -1",
+            ),
+            (
+                gains("--kp 1e9,1e9,1e9,1e9,1e9,1e9 --kd 1,1,1,1,1,1") + " --output ticks.csv",
+                "the simulation stops at ",
+            ),
+            (more("--rate 0"), "--rate 0: ticks per second"),
+            (more("--steps 0"), "--steps 0"),
+            (more("--output short.csv"), "is the input short.csv"),
+            (
+                more("--output -"),
+                "--output -: standard output has the summary",
+            ),
+            (
+                more("--friction toolbox-2008"),
+                "joint `joint1`: its Coulomb friction goes from",
+            ),
+        ],
+    );
 }

@@ -1,7 +1,7 @@
 //! What the runs say: table, files and findings.
 
 use super::picture;
-use super::plant::{PERIOD, Plant};
+use super::plant::{Outcome, PERIOD, Plant};
 use super::settings::Settings;
 use super::source::{NEW_LOAD, Source};
 use super::sweep::{Crossing, Row, curve, mean, value_at};
@@ -103,7 +103,7 @@ impl Results<'_> {
         trajectory: &str,
         source: Source,
         is_new: bool,
-        of: impl Fn(&super::plant::Outcome) -> f64,
+        of: impl Fn(&Outcome) -> f64,
     ) -> Vec<(f64, f64)> {
         curve(&self.rows, self.settings, (trajectory, source, is_new), of)
     }
@@ -143,7 +143,7 @@ impl Results<'_> {
 
     /// Level of error that gravity compensation reaches with the stiffest gains, rad.
     fn level(&self, trajectory: &str) -> Option<(f64, f64)> {
-        let gravity = self.curve(trajectory, Source::Gravity, false, |o| o.error());
+        let gravity = self.curve(trajectory, Source::Gravity, false, Outcome::error);
         gravity.last().copied()
     }
 
@@ -152,7 +152,7 @@ impl Results<'_> {
             return;
         };
         let factors = Source::ALL.into_iter().filter_map(|source| {
-            let errors = self.curve(trajectory, source, false, |o| o.error());
+            let errors = self.curve(trajectory, source, false, Outcome::error);
             let crossing = Crossing::of(&errors, level)?;
             Some(format!(
                 "{} {}",
@@ -204,7 +204,7 @@ impl Results<'_> {
         };
         let wall = &self.settings.wall;
         let forces = Source::ALL.into_iter().filter_map(|source| {
-            let errors = self.curve(&trajectory, source, false, |o| o.error());
+            let errors = self.curve(&trajectory, source, false, Outcome::error);
             let crossing = Crossing::of(&errors, level)?;
             let key = (trajectory.as_str(), source, false);
             let force = curve(&self.contact, self.settings, key, |o| o.peak_force);
@@ -262,7 +262,7 @@ impl Results<'_> {
         for (trajectory, _) in &self.trajectories {
             for idx in 0..self.settings.bandwidths.len() {
                 let errors = Source::ALL.map(|source| {
-                    let errors = self.curve(trajectory, source, false, |o| o.error());
+                    let errors = self.curve(trajectory, source, false, Outcome::error);
                     errors.get(idx).map_or(f64::NAN, |(_, error)| *error)
                 });
                 for (i, a) in errors.iter().enumerate() {
