@@ -115,7 +115,7 @@ const TARGETS: [f64; 5] = [1.3, -2.4, 0.2, 2.9, -0.7];
 fn gradient_of_the_posterior_is_its_central_difference() {
     let x = mat![[1.0], [-2.0], [0.5], [2.5], [-1.0]];
     let mut posterior = toy(&x, &TARGETS);
-    for z in [[-4.0, -1.0], [-3.0, 0.5], [0.0, -6.0]] {
+    for z in [[-4.0, -1.0], [-3.0, 0.5], [-5.0, 2.0]] {
         let mut gradient = [0.0; 2];
         posterior.evaluate(&z, &mut gradient).unwrap();
         for idx in 0..2 {
