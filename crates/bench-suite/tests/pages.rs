@@ -24,7 +24,7 @@ fn both_pages_have_claims_sources_and_deviations_and_the_html_page_needs_nothing
     for page in [read("report.md"), read("report.html")] {
         for part in [
             "cargo xtask reproduce-paper --only fig05,table3,fig07,fig08 --loads c4",
-            "from best to worst: GPc, LRc, GP¬c, LR¬c",
+            "extrap at least ten times harder than interp",
             "What differs, and why",
             "Fits that needed help",
             "Where this implementation departs from the chapter",
