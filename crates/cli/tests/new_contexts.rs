@@ -197,103 +197,104 @@ fn one_row_is_enough_with_a_warning() {
     assert!(report.contains(expected), "{report}");
 }
 
-#[test]
-fn requests_that_are_refused() {
+/// A folder with files that are spoilt in one way each.
+fn folder_with_spoilt_files() -> Folder {
     let folder = folder();
-    let header = rows("c3", 3.0, 0, 0);
-    folder.write("none.csv", &header);
-    folder.write(
-        "spoilt.csv",
-        rows("c3", 3.0, 40, 3).replacen("c3,0.01,", "c3,0.01,NaN", 1),
-    );
-    folder.write(
-        "other.csv",
-        rows("c3", 3.0, 40, 3).replacen("qd1", "qd2", 1),
-    );
-    folder.write(
-        "still.csv",
-        rows("c3", 3.0, 40, 3).replace(",0.02,", ",0.01,"),
-    );
-    folder.write(
-        "timeless.csv",
-        rows("c3", 3.0, 40, 3).replacen(",t,", ",s,", 1),
-    );
+    let three = || rows("c3", 3.0, 40, 3);
+    folder.write("none.csv", rows("c3", 3.0, 0, 0));
+    folder.write("spoilt.csv", three().replacen("c3,0.01,", "c3,0.01,NaN", 1));
+    folder.write("other.csv", three().replacen("qd1", "qd2", 1));
+    folder.write("still.csv", three().replace(",0.02,", ",0.01,"));
+    folder.write("timeless.csv", three().replacen(",t,", ",s,", 1));
     folder.run("fit --data runs.csv --model lr --context c2 --output lr.tgp");
-    let context = |rest: &str| format!("context --model model.tgp --data {rest}");
-    let adapt = |rest: &str| format!("adapt --output m.tgp --model model.tgp --data {rest}");
-    for (command, expected) in [
+    folder
+}
+
+/// Commands of which each is refused with its message.
+fn check(folder: &Folder, command: &str, cases: &[(&str, &str)]) {
+    for (rest, expected) in cases {
+        let found = folder.refusal(&format!("{command} {rest}"));
+        assert_eq!(found, *expected, "{rest}");
+    }
+    let spoilt = folder.refusal(&format!("{command} --data spoilt.csv"));
+    let place = "spoilt.csv: row 2 (line 3), column `q1` (joint1, rad or m): `NaN";
+    assert!(spoilt.starts_with(place), "{spoilt}");
+    let other = folder.refusal(&format!("{command} --data other.csv"));
+    assert!(
+        other.starts_with("other.csv: ") && other.contains("qd1"),
+        "{other}"
+    );
+}
+
+#[test]
+fn requests_for_a_context_that_are_refused() {
+    let folder = folder_with_spoilt_files();
+    let cases = [
         (
-            context("none.csv"),
+            "--data none.csv",
             "none.csv: there is a header but no row below it",
         ),
         (
-            adapt("none.csv --context c3"),
-            "none.csv: there is a header but no row below it",
-        ),
-        (
-            context("log.csv --prior c1=1,c9=1"),
+            "--data log.csv --prior c1=1,c9=1",
             "--prior c9: model.tgp does not have it; it has `c1`, `c2`, `c4`",
         ),
         (
-            context("log.csv --prior c1=1,c1=2"),
+            "--data log.csv --prior c1=1,c1=2",
             "--prior: `c1` appears twice",
         ),
         (
-            context("log.csv --prior c1=0"),
+            "--data log.csv --prior c1=0",
             "--prior: no weight is above zero",
         ),
         (
-            context("timeless.csv --switching 1"),
+            "--data timeless.csv --switching 1",
             "timeless.csv: --switching: there is no column `t` with the rows' times in seconds; say --interval SECONDS",
         ),
         (
-            context("still.csv --switching 1"),
+            "--data still.csv --switching 1",
             "still.csv: row 3, column `t`: time does not go on",
         ),
-        (
-            adapt("new.csv --context c2"),
-            "--context c2: model.tgp has it already; it has `c1`, `c2`, `c4`",
-        ),
-        (
-            adapt("new.csv --context c7"),
-            "new.csv: --context c7: no row has it in column `context`; there are `c3`",
-        ),
-        (
-            "adapt --model lr.tgp --data new.csv --context c3 --output m.tgp".to_owned(),
-            "lr.tgp is a model of one context; one of several is needed: `torque-gp fit --model mgp`",
-        ),
-        (
-            "context --model lr.tgp --data log.csv".to_owned(),
-            "lr.tgp is a model of one context; one of several is needed: `torque-gp fit --model mgp`",
-        ),
-    ] {
-        let message = folder.refusal(&command);
-        assert_eq!(message, expected, "{command}");
-    }
-    for command in [context("spoilt.csv"), adapt("spoilt.csv --context c3")] {
-        let message = folder.refusal(&command);
-        assert!(
-            message.starts_with("spoilt.csv: row 2 (line 3), column `q1` (joint1, rad or m): `NaN"),
-            "{message}"
-        );
-    }
-    for command in [context("other.csv"), adapt("other.csv --context c3")] {
-        let message = folder.refusal(&command);
-        assert!(
-            message.starts_with("other.csv: ") && message.contains("qd1"),
-            "{message}"
-        );
-    }
+    ];
+    check(&folder, "context --model model.tgp", &cases);
     for wrong in [
         "--switching -1",
         "--noise x",
         "--level 2",
         "--rows 0",
         "--prior c1",
+        "--interval 0.1",
     ] {
-        folder.refuse(&context(&format!("log.csv {wrong}")));
+        folder.refuse(&format!("{CONTEXT} {wrong}"));
     }
-    folder.refuse(&context("log.csv --interval 0.1"));
+    assert_eq!(
+        folder.refusal("context --model lr.tgp --data log.csv"),
+        "lr.tgp is a model of one context; one of several is needed: `torque-gp fit --model mgp`"
+    );
+}
+
+#[test]
+fn requests_to_adapt_that_are_refused() {
+    let folder = folder_with_spoilt_files();
+    let cases = [
+        (
+            "--data none.csv",
+            "none.csv: there is a header but no row below it",
+        ),
+        (
+            "--data runs.csv",
+            "runs.csv: --context c3: no row has it in column `context`; there are `c1`, `c2`, `c4`",
+        ),
+    ];
+    let command = "adapt --model model.tgp --context c3 --output m.tgp";
+    check(&folder, command, &cases);
+    assert_eq!(
+        folder.refusal("adapt --model model.tgp --data new.csv --context c2 --output m.tgp"),
+        "--context c2: model.tgp has it already; it has `c1`, `c2`, `c4`"
+    );
+    assert_eq!(
+        folder.refusal("adapt --model lr.tgp --data new.csv --context c3 --output m.tgp"),
+        "lr.tgp is a model of one context; one of several is needed: `torque-gp fit --model mgp`"
+    );
     let message = folder.refusal(&ADAPT.replace("more.tgp", "new.csv"));
     assert!(message.contains("is the input new.csv"), "{message}");
 }

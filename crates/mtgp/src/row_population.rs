@@ -106,7 +106,7 @@ impl RowPopulation {
     ) -> Result<PredictiveDensity, MtgpError> {
         let rank = latent.rank();
         TaskRow::in_span(self.mean.clone()).require(rank)?;
-        let (k, m) = (latent.n_points(), latent.mean());
+        let m = latent.mean();
         let mut sum = m * &self.covariance * m.transpose(); // (k, k)
         for c in 0..rank {
             for other in 0..rank {
@@ -114,7 +114,6 @@ impl RowPopulation {
                 sum += faer::Scale(moment) * latent.covariance(c, other);
             }
         }
-        assert_eq!(sum.nrows(), k);
         let total = latent.noise_std().hypot(noise_std);
         PredictiveDensity::new(latent.mean_of(&self.mean), sum, total)
     }

@@ -361,10 +361,10 @@ impl Estimate {
             (some, all) if some < all => format!("{some} of {all} rows"),
             (_, all) => format!("{all} rows"),
         };
-        text.push_str(&format!("\nin total ({rows}): {answer}\n"));
+        text = format!("{text}\nin total ({rows}): {answer}\n");
         if let Some(last) = self.rows.last() {
             let context = &last.context;
-            text.push_str(&format!("after the last row: {context}\n"));
+            text = format!("{text}after the last row: {context}\n");
         }
         text
     }

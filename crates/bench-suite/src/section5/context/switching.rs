@@ -95,9 +95,8 @@ fn follow(
 ) -> Result<Outcome, BenchError> {
     let m = model.contexts().len();
     let interval = Scenario::reference().duration(change.trajectory.speed_idx) / N_SAMPLES as f64;
-    let after = (1..)
-        .take_while(|&n| f64::from(n) * interval <= HORIZON + 1e-9)
-        .count();
+    let is_looked_at = |n: &usize| *n as f64 * interval <= HORIZON + 1e-9;
+    let after = (1..=N_SAMPLES).take_while(is_looked_at).count();
     let (x, torques) = motion(change, after, bench, settings.switch_noise);
 
     let posteriors = model
@@ -144,18 +143,14 @@ fn motion(
     let start = sample_indices(&mut stream(SEED, &label), N_SAMPLES - n, 1)[0];
     let rows: Vec<usize> = (first_row + start..first_row + start + n).collect();
     let mut rng = stream(SEED, &format!("{label}/c{}/noise", change.from + 1));
-    let mut torques = vec![[None; N_JOINTS]; n];
     let mut noise = normals(&mut rng);
-    for joint_idx in 0..N_JOINTS {
-        let of_load = |load: usize| bench.data.torques(load + 1, joint_idx + 1, &rows);
+    let mut torques = vec![[None; N_JOINTS]; n];
+    for joint in 1..=N_JOINTS {
+        let of_load = |load: usize| bench.data.torques(load + 1, joint, &rows);
         let (before, after) = (of_load(change.from), of_load(change.to));
-        for (sample, z) in (0..n).zip(noise.by_ref()) {
-            let torque = if sample < BEFORE {
-                before[sample]
-            } else {
-                after[sample]
-            };
-            torques[sample][joint_idx] = Some(torque + noise_std * z);
+        let torque = before[..BEFORE].iter().chain(&after[BEFORE..]);
+        for ((of_sample, torque), z) in torques.iter_mut().zip(torque).zip(noise.by_ref()) {
+            of_sample[joint - 1] = Some(torque + noise_std * z);
         }
     }
     (bench.data.x(&rows), torques)

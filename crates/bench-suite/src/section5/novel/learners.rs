@@ -184,6 +184,7 @@ fn mean_of(process: &TaskProcess, task: usize, test: &Test) -> Result<Vec<f64>, 
 }
 
 /// What is believed of the row before the torques.
+#[derive(Clone, Copy)]
 enum Prior {
     KnownRows,
     None,

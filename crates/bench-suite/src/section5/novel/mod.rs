@@ -147,19 +147,18 @@ fn torques(bench: &Bench, load: usize, rows: &[usize]) -> Vec<Vec<f64>> {
     (1..=N_JOINTS).map(of_joint).collect()
 }
 
-impl Settings {
-    /// Scores of a learner at a number of samples and a noise, of one joint.
-    fn of<'a>(
-        &self,
-        scores: &'a [Score],
-        (learner, noise_idx, count, joint): (Learner, usize, usize, usize),
-    ) -> impl Iterator<Item = &'a Score> {
-        scores.iter().filter(move |score| {
-            let place = (score.learner, score.noise_idx, score.count, score.joint);
-            place == (learner, noise_idx, count, joint)
-        })
-    }
+/// Scores of a learner at a number of samples and a noise, of one joint.
+fn of(
+    scores: &[Score],
+    (learner, noise_idx, count, joint): (Learner, usize, usize, usize),
+) -> impl Iterator<Item = &Score> {
+    scores.iter().filter(move |score| {
+        let place = (score.learner, score.noise_idx, score.count, score.joint);
+        place == (learner, noise_idx, count, joint)
+    })
+}
 
+impl Settings {
     /// Geometric mean of the nMSE over draws and joints; `None` if one of them is missing.
     fn mean(
         &self,
@@ -170,7 +169,7 @@ impl Settings {
         let (learner, noise_idx, count) = place;
         let (mut sum, mut n) = (0.0, 0);
         for joint in joints {
-            let of_joint = self.of(scores, (learner, noise_idx, count, joint));
+            let of_joint = of(scores, (learner, noise_idx, count, joint));
             let logs: Vec<f64> = of_joint.map(|score| score.nmse.ln()).collect();
             if logs.len() < self.draws {
                 return None;
