@@ -42,9 +42,9 @@ fn integrate(f: impl Fn(&Mat<f64>) -> f64) -> f64 {
         (0..=n).map(move |i| (-reach + step * f64::from(i), step))
     };
     let mut sum = 0.0;
-    for (log_a, step_a) in grid(9.0, 120) {
-        for (log_b, step_b) in grid(9.0, 120) {
-            for (eta, step_eta) in grid(6.0, 80) {
+    for (log_a, step_a) in grid(9.0, 72) {
+        for (log_b, step_b) in grid(9.0, 72) {
+            for (eta, step_eta) in grid(6.0, 48) {
                 let (a, b, rho) = (log_a.exp(), log_b.exp(), eta.tanh());
                 let (size, narrow) = ((a * b).sqrt(), eta.cosh().powi(-2));
                 let k = mat![[a, rho * size], [rho * size, b]];
