@@ -17,6 +17,9 @@ const OPTIONS: ChainOptions = ChainOptions {
     target_acceptance: 0.8,
 };
 
+/// A function of one draw.
+type Quantity = fn(&[f64]) -> f64;
+
 fn columns(chains: &[Chain], of: impl Fn(&[f64]) -> f64) -> Vec<Vec<f64>> {
     let values = |chain: &Chain| {
         let row = |i: usize| chain.draws.row(i).iter().copied().collect::<Vec<f64>>();
@@ -52,7 +55,7 @@ fn moments_of_a_skewed_density_are_found() {
     let chain = |k| sample_chain(&mut LogGamma(3.0), &[0.5], &OPTIONS, 1, k).unwrap();
     let chains: Vec<Chain> = (0..4).map(chain).collect();
     // E g = a, E g² = a(a + 1), E log g = ψ(3) = 3/2 − γ.
-    let cases: [(fn(&[f64]) -> f64, f64); 3] = [
+    let cases: [(Quantity, f64); 3] = [
         (|z| z[0].exp(), 3.0),
         (|z| (2.0 * z[0]).exp(), 12.0),
         (|z| z[0], 1.5 - 0.577_215_664_901_532_9),
@@ -160,7 +163,7 @@ fn posterior_of_two_hyperparameters_is_that_of_quadrature() {
     let chains: Vec<Chain> = (0..4)
         .map(|k| sample_chain(&mut toy(&x, &TARGETS), &start, &OPTIONS, 7, k).unwrap())
         .collect();
-    let cases: [(fn(&[f64]) -> f64, f64); 4] = [
+    let cases: [(Quantity, f64); 4] = [
         (|z| z[0], sums[1] / sums[0]),
         (|z| z[1], sums[2] / sums[0]),
         (|z| z[0] * z[0], sums[3] / sums[0]),
