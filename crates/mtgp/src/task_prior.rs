@@ -52,7 +52,10 @@ impl TaskPrior {
     /// unless Ψ is positive definite.
     /// # Panics
     /// If Ψ is not square.
-    pub fn inverse_wishart(degrees_of_freedom: f64, scale: Mat<f64>) -> Result<Self, MtgpError> {
+    pub fn inverse_wishart(
+        degrees_of_freedom: f64,
+        scale: MatRef<'_, f64>,
+    ) -> Result<Self, MtgpError> {
         let n_tasks = scale.nrows();
         if n_tasks == 0 {
             return Err(MtgpError::NoTasks);
@@ -64,7 +67,7 @@ impl TaskPrior {
                 n_tasks,
             });
         }
-        let log_det = Factor::new(scale.clone())?.log_det();
+        let log_det = Factor::new(scale.to_owned())?.log_det();
         let half = 0.5 * degrees_of_freedom;
         let log_constant = half * (log_det - m * LN_2) - log_multivariate_gamma(half, n_tasks);
         Ok(Self {

@@ -11,7 +11,7 @@
 //! Sec. 2.1 for the friction; Khalil & Dombre 2002, *Modeling, Identification and Control of Robots*,
 //! sec. 12.3, for drives among the parameters to identify.
 
-use crate::friction::{Effects, Friction, Law};
+use crate::friction::{Effects, Friction, JointFriction, Law};
 use crate::model::Model;
 use crate::workspace::check_len;
 
@@ -33,7 +33,7 @@ pub fn drive_regressor(qd: f64, qdd: f64) -> [f64; N_DRIVE_PARAMETERS] {
 pub fn drive_parameters(model: &Model, effects: Effects) -> Vec<f64> {
     let rotors = model.rotor_inertias().iter();
     let drives = rotors.zip(model.joint_friction());
-    let of_joint = |(rotor, friction): (&f64, &crate::friction::JointFriction)| {
+    let of_joint = |(rotor, friction): (&f64, &JointFriction)| {
         let law = match effects.friction {
             Friction::None => None,
             Friction::Modern => Some(&friction.modern),
