@@ -19,6 +19,10 @@ const N_JOINTS: usize = 6;
 /// A sample of the log out of so many: 125 in all.
 const STRIDE: usize = 32;
 
+#[allow(
+    clippy::too_many_lines,
+    reason = "an example is read from top to bottom"
+)]
 fn main() -> Result<(), Box<dyn Error>> {
     // 1. A robot that carries a load of 2 kg. Here it is simulated; it has friction, gears and rotors.
     let scenario = Scenario::reference();

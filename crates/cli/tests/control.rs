@@ -54,7 +54,8 @@ fn errors(folder: &Folder, arguments: &str) -> Vec<f64> {
 #[test]
 fn the_better_the_feed_forward_the_smaller_the_error() {
     let folder = folder();
-    folder.run("fit --data run.csv --model lrc --output lrc.tgp");
+    folder.run("simulate --load c3 --path p2 --speed s3 --output slower.csv");
+    folder.run("fit --data slower.csv --model lrc --output lrc.tgp");
     let rms = |source: &str| {
         let errors = errors(&folder, &format!("{CONTROL} --feed-forward {source}"));
         assert_eq!(errors.len(), 6);

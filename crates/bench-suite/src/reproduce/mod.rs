@@ -140,14 +140,7 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
 
     let mut files = Files::default();
     let mut page = Page::titled("The chapter's tables and figures");
-    let cells = of_one
-        .as_ref()
-        .map(|outcome| origin::work("cells", outcome));
-    let units = of_many
-        .as_ref()
-        .map(|outcome| origin::work("units", outcome));
-    let work: Vec<Vec<String>> = [cells, units].into_iter().flatten().collect();
-    origin::part(&mut page, &manifest, &work);
+    origin_part(&manifest, of_one.as_ref(), of_many.as_ref(), &mut page);
     unfinished::part(&mut page, of_one.as_ref(), of_many.as_ref());
     let about_data = data_part(&about_data, &mut page, &mut files);
     let one = match of_one {
@@ -182,6 +175,19 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
         many,
         section5,
     })
+}
+
+/// What was run, and how the work went.
+fn origin_part(
+    manifest: &Manifest,
+    one: Option<&RunOutcome>,
+    many: Option<&RunOutcome<Unit>>,
+    page: &mut Page,
+) {
+    let cells = one.map(|outcome| origin::work("cells", outcome));
+    let units = many.map(|outcome| origin::work("units", outcome));
+    let work: Vec<Vec<String>> = cells.into_iter().chain(units).collect();
+    origin::part(page, manifest, &work);
 }
 
 /// The page, which ends with a list of the other files, as Markdown and as HTML.

@@ -23,7 +23,7 @@ const SEED: &str = "closed-loop";
 /// The load that no model of many loads has seen.
 pub const NEW_LOAD: usize = 15;
 
-/// A source of feed-forward torques.
+/// A source of feed-forward torques; a new one needs a line here, in `name`, in `table` and in the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// Nothing: a PD controller.
@@ -271,4 +271,64 @@ fn adapt(
     let fit = fit_row_from_population(&[new], &known, 1, &options)?;
     let posterior = process.posterior.clone();
     Ok(AdaptedPosterior::from_latent(posterior, fit.row, x, new)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plant::{Control, Run};
+    use super::super::settings::Obstacle;
+    use super::*;
+    use crate::split::TrajectoryId;
+
+    #[test]
+    fn a_table_is_its_feed_forward_and_the_better_one_follows_and_touches_more_softly() {
+        let plant = Plant::new().unwrap();
+        let scenario = plant.scenario();
+        let id = TrajectoryId {
+            path_idx: 1,
+            speed_idx: 3,
+        };
+        let reference = plant.reference(id).unwrap();
+        let x = plant.desired(&reference).unwrap();
+        let (model, effects) = (scenario.model(), scenario.effects());
+        let context = plant.context(3).unwrap();
+        let exact = || ModelFeedForward::new(model, effects, context.clone());
+        let control = |bandwidth| Control {
+            bandwidth,
+            damping_ratio: 1.0,
+            n_steps: 1,
+        };
+        let free = Run {
+            reference: &reference,
+            context: context.clone(),
+            wall: None,
+        };
+        let table = TorqueTable(asked(exact(), x.as_ref()));
+        let mut from_table = table.feed_forward();
+        let by_table = plant.follow(&free, &mut from_table, control(4.0)).unwrap();
+        let by_model = plant.follow(&free, &mut exact(), control(4.0)).unwrap();
+        assert_eq!(by_table, by_model);
+
+        let stiff = plant
+            .follow(&free, &mut NoFeedForward, control(32.0))
+            .unwrap();
+        assert!(
+            by_model.error() < 0.1 * stiff.error(),
+            "{by_model:?} {stiff:?}"
+        );
+        assert!((stiff.corrective_share - 1.0).abs() < 1e-12, "{stiff:?}");
+
+        let walled = Run {
+            wall: Some(plant.wall(1, &Obstacle::sample())),
+            ..free
+        };
+        let soft = plant.follow(&walled, &mut exact(), control(4.0)).unwrap();
+        let hard = plant
+            .follow(&walled, &mut NoFeedForward, control(32.0))
+            .unwrap();
+        assert!(
+            soft.peak_force > 1.0 && hard.peak_force > 2.0 * soft.peak_force,
+            "{soft:?} {hard:?}"
+        );
+    }
 }
