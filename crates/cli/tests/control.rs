@@ -63,7 +63,7 @@ fn the_better_the_feed_forward_the_smaller_the_error() {
     };
     let [none, gravity, learned, exact] = ["none", "gravity", "lrc.tgp", "exact"].map(rms);
     assert!(
-        exact < learned && learned < 0.1 * gravity && gravity < none,
+        exact < 0.1 * learned && learned < gravity && gravity < none,
         "{exact:e} {learned:e} {gravity:e} {none:e}"
     );
 }

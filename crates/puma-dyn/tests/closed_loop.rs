@@ -17,10 +17,10 @@ const USUAL: Rate = Rate {
 
 /// The last 1.2 s of the fastest run of a path that turns all joints back.
 fn reference(scenario: &Scenario) -> ReferenceMotion {
-    let trajectory = scenario.trajectory(3, 3).unwrap();
+    let trajectory = scenario.trajectory(3, 3).expect("valid in this test");
     let first = 3000;
     let states = trajectory.states[first * 18..].to_vec();
-    ReferenceMotion::new(6, trajectory.time[first..].to_vec(), states).unwrap()
+    ReferenceMotion::new(6, trajectory.time[first..].to_vec(), states).expect("valid in this test")
 }
 
 fn context(scenario: &Scenario, load: usize) -> Context {
@@ -28,7 +28,7 @@ fn context(scenario: &Scenario, load: usize) -> Context {
     let payload = scenario.payload(load);
     model
         .attach(model.frames().len() - 1, payload)
-        .unwrap()
+        .expect("valid in this test")
         .into()
 }
 
@@ -40,10 +40,11 @@ fn positions(
     rate: Rate,
 ) -> (Vec<f64>, f64) {
     let reference = reference(scenario);
-    let controller = CompositeController::with_bandwidth(&INERTIAS, bandwidth, 1.0).unwrap();
+    let controller =
+        CompositeController::with_bandwidth(&INERTIAS, bandwidth, 1.0).expect("valid in this test");
     let (model, effects) = (scenario.model(), scenario.effects());
-    let mut robot =
-        ClosedLoop::new(model, effects, context(scenario, 9), &reference, rate).unwrap();
+    let mut robot = ClosedLoop::new(model, effects, context(scenario, 9), &reference, rate)
+        .expect("valid in this test");
     let (mut positions, mut squares) = (Vec::new(), 0.0);
     robot
         .run(&controller, feed_forward, f64::INFINITY, |tick| {
@@ -53,7 +54,7 @@ fn positions(
                 .map(|(q, desired)| (q - desired).powi(2))
                 .sum::<f64>();
         })
-        .unwrap();
+        .expect("valid in this test");
     assert_eq!(positions.len(), 6 * robot.n_ticks());
     let rms = (squares / positions.len() as f64).sqrt();
     (positions, rms)

@@ -27,7 +27,7 @@ fn rod() -> Model {
         axis: [0.0, 1.0, 0.0],
         ..JointDescription::new("hinge", JointKind::Continuous, "base", "rod")
     });
-    Model::new(&robot).unwrap()
+    Model::new(&robot).expect("valid in this test")
 }
 
 /// Complete elliptic integral of the first kind K(k), by Gauss's arithmetic-geometric mean.
@@ -97,8 +97,13 @@ const Q: [f64; 6] = [0.1, -0.7, 0.4, 1.3, -0.6, 0.9];
 
 fn loaded(model: &Model) -> Context {
     let payload = Payload::cuboid(2.0, [0.1, 0.2, 0.3], [0.02, 0.0, 0.1], [0.3, 0.0, 0.0]);
-    let flange = model.frame_idx(puma560::LAST_LINK).unwrap();
-    model.attach(flange, &payload.unwrap()).unwrap().into()
+    let flange = model
+        .frame_idx(puma560::LAST_LINK)
+        .expect("valid in this test");
+    model
+        .attach(flange, &payload.expect("valid in this test"))
+        .expect("valid in this test")
+        .into()
 }
 
 #[test]

@@ -32,11 +32,12 @@ fn block(damping: f64) -> Model {
         },
         ..JointDescription::new("slide", JointKind::Prismatic, "rail", "block")
     });
-    Model::new(&robot).unwrap()
+    Model::new(&robot).expect("valid in this test")
 }
 
 fn moving(model: &Model, speed: f64) -> ArmSimulator<'_> {
-    ArmSimulator::new(model, Effects::ALL, Context::empty(), &[0.0], &[speed]).unwrap()
+    ArmSimulator::new(model, Effects::ALL, Context::empty(), &[0.0], &[speed])
+        .expect("valid in this test")
 }
 
 fn close(found: f64, expected: f64, tolerance: f64) {

@@ -77,7 +77,7 @@ impl Source {
     /// The source as the loop asks it.
     pub fn feed_forward(self, robot: &Robot) -> impl FeedForward {
         let (model, effects) = (&robot.model, robot.effects);
-        let mut asked: Box<dyn FnMut(&JointState, &mut [f64])> = match self {
+        let mut asked: Box<Asked<'_>> = match self {
             Self::Nothing => Box::new(|desired, tau| NoFeedForward.torques(desired, tau)),
             Self::Gravity(payload) => {
                 let mut gravity = GravityFeedForward::new(model, payload);
@@ -94,6 +94,9 @@ impl Source {
         move |desired: &JointState, tau: &mut [f64]| asked(desired, tau)
     }
 }
+
+/// What a feed-forward does: torques at a desired state.
+type Asked<'a> = dyn FnMut(&JointState, &mut [f64]) + 'a;
 
 impl Learned {
     fn load(

@@ -28,6 +28,10 @@ pub struct Summary {
 }
 
 /// One joint; rad and N·m, or m and N if it slides.
+#[allow(
+    clippy::struct_field_names,
+    reason = "the names are those of the JSON summary"
+)]
 #[derive(Serialize)]
 struct Joint {
     joint: String,
