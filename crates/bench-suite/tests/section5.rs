@@ -26,8 +26,8 @@ fn bytes(trained: &Trained) -> [Vec<u8>; 3] {
 fn trained_with(n_threads: usize, dir: &Path, reuse: Reuse) -> [Vec<u8>; 3] {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads);
     pool.build().expect("a pool").install(|| {
-        let bench = Bench::new(Profile::Smoke, dir, reuse).expect("the directory is there");
-        bytes(&bench.trained(&small()).expect("models of a few samples"))
+        let bench = Bench::new(Profile::Smoke, dir, reuse).expect("the data");
+        bytes(&bench.trained(&small()).expect("the models"))
     })
 }
 
@@ -60,17 +60,14 @@ fn threads_do_not_change_the_models_and_their_files_are_used_again() {
 
 /// An experiment with the smallest settings that make sense.
 fn smallest(name: &str, source: &str, changes: &[(&str, &str)]) -> Section5Experiment {
-    let smoke = source
-        .split("[profile.full]")
-        .next()
-        .expect("a part before");
+    let smoke = source.split("[profile.full]").next().expect("a part");
     let (_, text) = source.split_once("[text]").expect("a text");
     let mut source = format!("{smoke}[text]{text}");
     for (from, to) in changes {
         assert!(source.contains(from), "{name}: {from}");
         source = source.replacen(from, to, 1);
     }
-    Section5Experiment::parse(name, &source).expect("a small experiment")
+    Section5Experiment::parse(name, &source).expect("an experiment")
 }
 
 #[test]
@@ -120,7 +117,7 @@ fn every_experiment_is_made_and_says_what_was_asked_for() {
     );
     let section = make(&novel, &bench).unwrap();
     let table = section.table.unwrap();
-    assert_eq!((table.rows.len(), table.header.len()), (7, 5));
+    assert_eq!((table.rows.len(), table.header.len()), (8, 5));
     let of = |learner: &str, column: usize| -> f64 {
         let row = table.rows.iter().find(|row| row[0] == learner).unwrap();
         row[column].parse().unwrap()

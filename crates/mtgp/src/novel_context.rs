@@ -183,8 +183,12 @@ pub fn fit_row(
 /// ```text
 /// maximises log p(D* | D, λ) + log N(λ; λ̄, V)
 /// ```
-/// so that a few torques move λ only as far as they must. `log_density` of the result is that of
-/// the torques alone.
+/// so that a few torques move λ only as far as they must; s has no prior. `log_density` of the
+/// result is that of the torques alone.
+///
+/// With variance of its own the new context may differ from every mixture of the latent functions.
+/// That keeps λ honest: what the mixture cannot say of many torques on one trajectory is then no
+/// reason to bend λ, which serves everywhere.
 /// # Errors
 /// As for [`fit_row`] and [`RowPopulation::of`].
 /// # Source
@@ -192,12 +196,13 @@ pub fn fit_row(
 pub fn fit_row_from_population(
     joints: &[NewTorques<'_>],
     known: &[TaskRow],
+    border: Border,
     n_nearest: usize,
     options: &MinimizeOptions,
 ) -> Result<RowFit, MtgpError> {
     let population = RowPopulation::of(known)?;
     let prior = Some(&population);
-    let found = search_row(joints, known, Border::InSpan, prior, n_nearest, options)?;
+    let found = search_row(joints, known, border, prior, n_nearest, options)?;
     let (penalty, _) = population.log_density(&found.row.entries);
     Ok(RowFit {
         log_density: found.log_density - penalty,

@@ -161,14 +161,14 @@ fn moments_of_a_drawn_row_are_those_of_the_mixture_over_rows() {
 }
 
 /// log p(D* | D, λ) + log N(λ; λ̄, V), by definition, without constants.
-fn penalised(joints: &[NewTorques<'_>], population: &RowPopulation, entries: &[f64]) -> f64 {
-    let row = TaskRow::in_span(entries.to_vec());
+fn penalised(joints: &[NewTorques<'_>], population: &RowPopulation, row: &TaskRow) -> f64 {
+    let entries = &row.entries;
     let v = gp_core::Factor::new(population.covariance().clone()).unwrap();
     let deviation: Vec<f64> = (entries.iter().zip(population.mean()))
         .map(|(entry, mean)| entry - mean)
         .collect();
     let squares = v.quadratic_form_and_solve(&deviation).0;
-    log_density_of_row(joints, &row).unwrap() - 0.5 * squares
+    log_density_of_row(joints, row).unwrap() - 0.5 * squares
 }
 
 #[test]
@@ -183,23 +183,35 @@ fn a_row_from_the_population_is_the_top_of_density_times_prior() {
             latent: &latent,
             torques: &torques,
         }];
-        let fit = fit_row_from_population(&joints, &known, 2, &options()).unwrap();
-        let top = penalised(&joints, &population, &fit.row.entries);
-        assert_close(
-            "density of the torques alone",
-            fit.log_density,
-            log_density_of_row(&joints, &fit.row).unwrap(),
-        );
-        for c in 0..2 {
-            for step in [1e-3, -1e-3] {
-                let mut entries = fit.row.entries.clone();
-                entries[c] += step;
-                let there = penalised(&joints, &population, &entries);
-                assert!(there < top, "{k}, {c}: {there} {top}");
-            }
+        for border in [Border::InSpan, Border::WithOwnVariance] {
+            let fit = fit_row_from_population(&joints, &known, border, 2, &options()).unwrap();
+            assert!((fit.row.own_std > 0.0) <= (border == Border::WithOwnVariance));
+            assert_close(
+                "density of the torques alone",
+                fit.log_density,
+                log_density_of_row(&joints, &fit.row).unwrap(),
+            );
+            is_top(&joints, &population, &fit.row, border);
+            // Without the prior the torques alone are more probable, or as much.
+            let free = fit_row(&joints, &known, border, 2, &options()).unwrap();
+            assert!(free.log_density >= fit.log_density - 1e-9, "{k}");
         }
-        // Without the prior the torques alone are more probable, or as much.
-        let free = fit_row(&joints, &known, Border::InSpan, 2, &options()).unwrap();
-        assert!(free.log_density >= fit.log_density - 1e-9, "{k}");
+    }
+}
+
+/// Fails if a step in any direction that is free leads higher.
+fn is_top(joints: &[NewTorques<'_>], population: &RowPopulation, row: &TaskRow, border: Border) {
+    let top = penalised(joints, population, row);
+    let n_free = row.entries.len() + usize::from(border == Border::WithOwnVariance);
+    for c in 0..n_free {
+        for step in [1e-3, -1e-3] {
+            let mut other = row.clone();
+            match other.entries.get_mut(c) {
+                Some(entry) => *entry += step,
+                None => other.own_std += step,
+            }
+            let there = penalised(joints, population, &other);
+            assert!(there <= top, "{border:?}, {c}: {there} {top}");
+        }
     }
 }

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use gp_core::optimize::MinimizeOptions;
 use gp_core::{Provenance, TrainingRanges};
 use mtgp::{
-    LatentFunctions, ModelParts, MtgpError, MultiTaskModel, NewTorques, TaskProcess, TaskRow,
-    fit_row_from_population,
+    Border, LatentFunctions, ModelParts, MtgpError, MultiTaskModel, NewTorques, TaskProcess,
+    TaskRow, fit_row_from_population,
 };
 use sha2::{Digest, Sha256};
 
@@ -168,8 +168,10 @@ fn adapt(
             torques: &torques,
         };
         let known = process.covariance().task().rows();
-        let fit = fit_row_from_population(&[new], &known, N_NEAREST, &search())?;
-        Ok(fit.row)
+        // What no mixture can say must not bend the row; the model keeps the mixture.
+        let border = Border::WithOwnVariance;
+        let fit = fit_row_from_population(&[new], &known, border, N_NEAREST, &search())?;
+        Ok(TaskRow::in_span(fit.row.entries))
     };
     let mut rows = Vec::new();
     for ((joint_idx, process), joint) in model.learned().iter().zip(&samples.torques) {

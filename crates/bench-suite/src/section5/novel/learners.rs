@@ -24,11 +24,13 @@ const N_NEAREST: usize = 1;
 /// A way to learn the new load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Learner {
-    /// The row with the known rows as a prior, and the new torques conditioned on.
+    /// The row and a function of its own with the known rows as a prior, and the new torques conditioned on.
     Mgp,
-    /// The same row; the posterior of the old data alone.
+    /// The same row without the function; the posterior of the old data alone.
     RowOnly,
-    /// The row of maximum likelihood, and the new torques conditioned on.
+    /// The row with the known rows as a prior, nothing of its own, and the new torques conditioned on.
+    InSpan,
+    /// The row of maximum likelihood, nothing of its own, and the new torques conditioned on.
     NoPrior,
     /// GPc of the new samples alone.
     Alone,
@@ -42,9 +44,10 @@ pub enum Learner {
 
 impl Learner {
     /// All, in the order of the tables.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Mgp,
         Self::RowOnly,
+        Self::InSpan,
         Self::NoPrior,
         Self::Alone,
         Self::Pooled,
@@ -57,7 +60,8 @@ impl Learner {
         match self {
             Self::Mgp => "mGP",
             Self::RowOnly => "mGP, row only",
-            Self::NoPrior => "mGP, no prior",
+            Self::InSpan => "mGP, in span",
+            Self::NoPrior => "mGP, in span, no prior",
             Self::Alone => "GPc",
             Self::Pooled => "pGP",
             Self::Nearest => "nearest",
@@ -126,22 +130,25 @@ impl Learners<'_> {
         Ok(scores)
     }
 
-    /// The three ways of the mGP.
+    /// The four ways of the mGP.
     fn adapted(
         &self,
         samples: &Samples,
         joint_idx: usize,
-    ) -> Result<[(Learner, Vec<f64>, f64); 3], BenchError> {
+    ) -> Result<[(Learner, Vec<f64>, f64); 4], BenchError> {
         let process = &self.trained.mgp.learned()[joint_idx].1;
         let torques = &samples.torques[joint_idx];
-        let (adapted, seconds) = adapt(process, samples, torques, Prior::KnownRows)?;
-        let (free, _) = adapt(process, samples, torques, Prior::None)?;
+        let (adapted, seconds) = adapt(process, samples, torques, Way::OwnFunction)?;
+        let (in_span, _) = adapt(process, samples, torques, Way::InSpan)?;
+        let (free, _) = adapt(process, samples, torques, Way::NoPrior)?;
         let new = adapted.new_context();
         let x = self.test.x.as_ref();
-        let row_only = self.row_only(joint_idx, adapted.new_row())?;
+        let row = TaskRow::in_span(adapted.new_row().entries.clone());
+        let row_only = self.row_only(joint_idx, &row)?;
         Ok([
             (Learner::Mgp, adapted.predict_mean(x, new)?, seconds),
             (Learner::RowOnly, row_only, 0.0),
+            (Learner::InSpan, in_span.predict_mean(x, new)?, 0.0),
             (Learner::NoPrior, free.predict_mean(x, new)?, 0.0),
         ])
     }
@@ -183,11 +190,15 @@ fn mean_of(process: &TaskProcess, task: usize, test: &Test) -> Result<Vec<f64>, 
     Ok(process.posterior.predict_mean(rows.as_ref())?)
 }
 
-/// What is believed of the row before the torques.
+/// What the new context may be, and what is believed of its row before the torques.
 #[derive(Clone, Copy)]
-enum Prior {
-    KnownRows,
-    None,
+enum Way {
+    /// A mixture like the known ones, and a function of its own.
+    OwnFunction,
+    /// A mixture like the known ones.
+    InSpan,
+    /// Any mixture.
+    NoPrior,
 }
 
 /// Learns one joint's row and conditions on the torques; with the seconds that it took.
@@ -195,7 +206,7 @@ fn adapt(
     process: &TaskProcess,
     samples: &Samples,
     torques: &[f64],
-    prior: Prior,
+    way: Way,
 ) -> Result<(AdaptedPosterior, f64), BenchError> {
     let start = Instant::now();
     let latent = LatentFunctions::new(&process.posterior, samples.x.as_ref())?;
@@ -205,9 +216,11 @@ fn adapt(
     };
     let known = process.covariance().task().rows();
     let options = row_search();
-    let fit = match prior {
-        Prior::KnownRows => fit_row_from_population(&[new], &known, N_NEAREST, &options)?,
-        Prior::None => fit_row(&[new], &known, Border::InSpan, N_NEAREST, &options)?,
+    let like_known = |border| fit_row_from_population(&[new], &known, border, N_NEAREST, &options);
+    let fit = match way {
+        Way::OwnFunction => like_known(Border::WithOwnVariance)?,
+        Way::InSpan => like_known(Border::InSpan)?,
+        Way::NoPrior => fit_row(&[new], &known, Border::InSpan, N_NEAREST, &options)?,
     };
     let posterior = process.posterior.clone();
     let adapted = AdaptedPosterior::from_latent(posterior, fit.row, samples.x.as_ref(), new)?;

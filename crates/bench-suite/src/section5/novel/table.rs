@@ -34,7 +34,7 @@ pub fn report(scores: &[Score], settings: &Settings, section: &mut Section) {
     });
     let line = |one: &Score| {
         let labels = [
-            one.learner.name().replace(", ", "/"),
+            one.learner.name().replace(", ", " "),
             settings.torque_noise[one.noise_idx].to_string(),
             one.count.to_string(),
             one.draw.to_string(),
@@ -69,15 +69,9 @@ fn found(scores: &[Score], settings: &Settings, section: &mut Section) {
         );
         let wins = settings.counts.iter().filter(|&&count| {
             let physics = mean(Learner::Physics, count);
-            let learned = [
-                Learner::Mgp,
-                Learner::RowOnly,
-                Learner::NoPrior,
-                Learner::Alone,
-            ];
-            let learned = learned
-                .into_iter()
-                .filter_map(|learner| mean(learner, count));
+            let learned = Learner::ALL.into_iter();
+            let learned = learned.filter(|learner| *learner != Learner::Physics);
+            let learned = learned.filter_map(|learner| mean(learner, count));
             physics.is_some_and(|physics| learned.fold(f64::INFINITY, f64::min) > physics)
         });
         let wins: Vec<String> = wins.map(usize::to_string).collect();
