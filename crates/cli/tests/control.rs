@@ -140,7 +140,7 @@ fn a_model_of_several_loads_is_asked_for_one() {
     let header = "context,q_hinge,qd_hinge,qdd_hinge,tau_hinge".to_owned();
     let row = |row: u32| {
         let (angle, load) = (f64::from(row) / 8.0 - 1.0, f64::from(1 + row % 2));
-        let context = if row % 2 == 0 { "one" } else { "two" };
+        let context = if row.is_multiple_of(2) { "one" } else { "two" };
         let torque = -9.81 * load * angle.cos();
         format!("{context},{angle},0.1,0.2,{torque}")
     };

@@ -30,7 +30,8 @@ pub struct Summary {
 /// One joint; rad and N·m, or m and N if it slides.
 #[derive(Serialize)]
 struct Joint {
-    joint: String,
+    #[serde(rename = "joint")]
+    name: String,
     kp: f64,
     kd: f64,
     rms_error: f64,
@@ -76,7 +77,7 @@ impl Tally {
             ticks: self.n,
             joints: joints
                 .map(|((name, sums), (kp, kd))| Joint {
-                    joint: name.clone(),
+                    name: name.clone(),
                     kp: *kp,
                     kd: *kd,
                     rms_error: (sums.errors / self.n).sqrt(),
@@ -103,7 +104,7 @@ impl Summary {
         ];
         let row = |joint: &Joint| {
             vec![
-                joint.joint.clone(),
+                joint.name.clone(),
                 format!("{:.2}", joint.kp),
                 format!("{:.3}", joint.kd),
                 format!("{:.4}", 1e3 * joint.rms_error),
