@@ -11,8 +11,8 @@ use faer::Mat;
 use gp_core::{FitOptions, JointModel, Provenance, TorqueModel, TrainingRanges};
 use kernels::TorqueForm;
 use puma_dyn::{
-    ClosedLoop, CompositeController, Context, FeedForward, GravityFeedForward, JointState,
-    NoFeedForward, Rate, ReferenceMotion, Scenario,
+    ClosedLoop, CompositeController, Context, DynError, FeedForward, GravityFeedForward,
+    JointState, NoFeedForward, Rate, ReferenceMotion, Scenario,
 };
 
 const N_JOINTS: usize = 6;
@@ -68,39 +68,42 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // 5. The loop at 1 kHz: the same path again, under three feed-forwards and four bandwidths.
     let reference = ReferenceMotion::new(N_JOINTS, run.time.clone(), run.states.clone())?;
-    let rate = Rate {
-        period: 1e-3,
-        n_steps: 1,
-    };
     let inertias = [3.0, 4.5, 1.2, 0.2, 0.18, 0.2]; // kg m², what each joint turns, roughly
     println!("RMS error over all joints, mrad");
-    println!(
-        "{:>10} {:>10} {:>10} {:>10}",
-        "ω (rad/s)", "nothing", "gravity", "learned"
-    );
+    println!(" ω (rad/s)    nothing    gravity    learned");
     for bandwidth in [2.0, 4.0, 8.0, 16.0] {
         let controller = CompositeController::with_bandwidth(&inertias, bandwidth, 1.0)?;
-        let track = |feed_forward: &mut dyn FnMut(&JointState, &mut [f64])| {
-            let mut robot = ClosedLoop::new(model, effects, carried.clone(), &reference, rate)?;
-            let (mut squares, mut n) = (0.0, 0.0);
-            let mut feed_forward =
-                |desired: &JointState, tau: &mut [f64]| feed_forward(desired, tau);
-            robot.run(&controller, &mut feed_forward, f64::INFINITY, |tick| {
-                let errors = tick.desired.q.iter().zip(tick.q);
-                squares += errors
-                    .map(|(desired, q)| (desired - q).powi(2))
-                    .sum::<f64>();
-                n += N_JOINTS as f64;
-            })?;
-            Ok::<f64, Box<dyn Error>>(1e3 * (squares / n).sqrt())
+        let robot = || {
+            let rate = Rate {
+                period: 1e-3,
+                n_steps: 1,
+            };
+            ClosedLoop::new(model, effects, carried.clone(), &reference, rate)
         };
+        let nothing = track(robot()?, &controller, &mut NoFeedForward)?;
         let mut gravity = GravityFeedForward::new(model, carried.clone());
-        let nothing = track(&mut |desired, tau| NoFeedForward.torques(desired, tau))?;
-        let with_gravity = track(&mut |desired, tau| gravity.torques(desired, tau))?;
-        let with_log = track(&mut from_log)?;
+        let with_gravity = track(robot()?, &controller, &mut gravity)?;
+        let with_log = track(robot()?, &controller, &mut from_log)?;
         println!("{bandwidth:>10} {nothing:>10.3} {with_gravity:>10.3} {with_log:>10.3}");
     }
     Ok(())
+}
+
+/// Root mean square error over joints and time, mrad.
+fn track(
+    mut robot: ClosedLoop<'_>,
+    controller: &CompositeController,
+    feed_forward: &mut impl FeedForward,
+) -> Result<f64, DynError> {
+    let (mut squares, mut n) = (0.0, 0.0);
+    robot.run(controller, feed_forward, f64::INFINITY, |tick| {
+        let errors = tick.desired.q.iter().zip(tick.q);
+        squares += errors
+            .map(|(desired, q)| (desired - q).powi(2))
+            .sum::<f64>();
+        n += N_JOINTS as f64;
+    })?;
+    Ok(1e3 * (squares / n).sqrt())
 }
 
 /// A GPc of every joint: eqs. (3) to (8).

@@ -28,6 +28,9 @@ pub enum Source {
     Learned(Box<Learned>),
 }
 
+/// What the loop asks: torques for a desired state.
+pub type Asked<'a> = Box<dyn FnMut(&JointState, &mut [f64]) + 'a>;
+
 /// A learned predictor with its scratch.
 pub struct Learned {
     predictor: Either,
@@ -75,9 +78,9 @@ impl Source {
     }
 
     /// The source as the loop asks it.
-    pub fn feed_forward(self, robot: &Robot) -> impl FeedForward {
+    pub fn feed_forward(self, robot: &Robot) -> Asked<'_> {
         let (model, effects) = (&robot.model, robot.effects);
-        let mut asked: Box<Asked<'_>> = match self {
+        match self {
             Self::Nothing => Box::new(|desired, tau| NoFeedForward.torques(desired, tau)),
             Self::Gravity(payload) => {
                 let mut gravity = GravityFeedForward::new(model, payload);
@@ -90,13 +93,9 @@ impl Source {
             Self::Learned(mut learned) => {
                 Box::new(move |desired, tau| learned.torques(desired, tau))
             }
-        };
-        move |desired: &JointState, tau: &mut [f64]| asked(desired, tau)
+        }
     }
 }
-
-/// What a feed-forward does: torques at a desired state.
-type Asked<'a> = dyn FnMut(&JointState, &mut [f64]) + 'a;
 
 impl Learned {
     fn load(

@@ -34,7 +34,8 @@ pub struct Summary {
 )]
 #[derive(Serialize)]
 struct Joint {
-    joint: String,
+    #[serde(rename = "joint")]
+    name: String,
     kp: f64,
     kd: f64,
     rms_error: f64,
@@ -80,7 +81,7 @@ impl Tally {
             ticks: self.n,
             joints: joints
                 .map(|((name, sums), (kp, kd))| Joint {
-                    joint: name.clone(),
+                    name: name.clone(),
                     kp: *kp,
                     kd: *kd,
                     rms_error: (sums.errors / self.n).sqrt(),
@@ -107,7 +108,7 @@ impl Summary {
         ];
         let row = |joint: &Joint| {
             vec![
-                joint.joint.clone(),
+                joint.name.clone(),
                 format!("{:.2}", joint.kp),
                 format!("{:.3}", joint.kd),
                 format!("{:.4}", 1e3 * joint.rms_error),
