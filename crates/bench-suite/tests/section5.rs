@@ -4,6 +4,8 @@ use std::path::Path;
 
 use bench_suite::run::Reuse;
 use bench_suite::section5::bench::Bench;
+use bench_suite::section5::make;
+use bench_suite::section5::spec::Section5Experiment;
 use bench_suite::section5::trained::Trained;
 use bench_suite::section5::training_set::TrainingSet;
 use bench_suite::spec::Profile;
@@ -54,4 +56,72 @@ fn threads_do_not_change_the_models_and_their_files_are_used_again() {
     std::fs::write(&models()[1], &swapped).unwrap();
     let read = trained_with(1, first.path(), Reuse::Fits);
     assert!(read != one, "the files were not read");
+}
+
+/// An experiment with the smallest settings that make sense.
+fn smallest(name: &str, source: &str, changes: &[(&str, &str)]) -> Section5Experiment {
+    let smoke = source.split("[profile.full]").next().unwrap();
+    let (_, text) = source.split_once("[text]").unwrap();
+    let mut source = format!("{smoke}[text]{text}");
+    for (from, to) in changes {
+        assert!(source.contains(from), "{name}: {from}");
+        source = source.replacen(from, to, 1);
+    }
+    Section5Experiment::parse(name, &source).unwrap()
+}
+
+#[test]
+fn every_experiment_is_made_and_says_what_was_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let bench = Bench::new(Profile::Smoke, dir.path(), Reuse::Fits).unwrap();
+    let context = smallest(
+        "context",
+        include_str!("../experiments/context.toml"),
+        &[
+            ("n_total = 280", "n_total = 28"),
+            ("places = 8", "places = 2"),
+            ("[1, 2, 5, 10, 50]", "[1, 10]"),
+            ("tested = [\"p1s2\", \"p2s4\",", "tested = ["),
+            ("\"p4s3\", \"p4s4\"]", "\"p4s3\"]"),
+            ("windows = [0, 4, 16]", "windows = [0]"),
+        ],
+    );
+    let section = make(&context, &bench).unwrap();
+    let names: Vec<&str> = section
+        .files
+        .iter()
+        .map(|(name, _)| name.as_str())
+        .collect();
+    for name in [
+        "context_confusion.csv",
+        "context_unknown.csv",
+        "context_delays.csv",
+        "context.png",
+    ] {
+        assert!(names.contains(&name), "{names:?}");
+    }
+    // Two layouts of ten samples, four ways to ask for the unknown load, one window.
+    assert_eq!(section.findings.len(), 2 + 4 + 1);
+    let table = section.table.unwrap();
+    assert_eq!((table.rows.len(), table.header.len()), (6, 4));
+
+    let novel = smallest(
+        "novel",
+        include_str!("../experiments/novel.toml"),
+        &[
+            ("n_total = 280", "n_total = 28"),
+            ("[1, 2, 5, 10, 20, 50, 100, 200]", "[1, 5, 10]"),
+            ("draws = 2", "draws = 1"),
+            ("test_stride = 20", "test_stride = 500"),
+        ],
+    );
+    let section = make(&novel, &bench).unwrap();
+    let table = section.table.unwrap();
+    assert_eq!((table.rows.len(), table.header.len()), (7, 5));
+    let of = |learner: &str, column: usize| -> f64 {
+        let row = table.rows.iter().find(|row| row[0] == learner).unwrap();
+        row[column].parse().unwrap()
+    };
+    // Ten torques of six joints give ten parameters; nothing learned from 28 samples comes near.
+    assert!(of("physics", 4) < 1e-9 && of("physics", 4) < of("mGP", 4));
 }

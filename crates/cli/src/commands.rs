@@ -1,5 +1,7 @@
 //! The commands, one file each.
 
+pub mod adapt;
+pub mod context;
 pub mod evaluate;
 pub mod fit;
 pub mod inspect;

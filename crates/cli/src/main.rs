@@ -13,6 +13,7 @@ mod commands;
 mod context;
 mod context_column;
 mod context_hyperparameters;
+mod context_prior;
 mod data_args;
 mod degrees;
 mod error;
@@ -37,6 +38,7 @@ mod robot;
 mod row_contexts;
 mod samples;
 mod score;
+mod spread;
 mod table;
 mod text_table;
 mod toml_fault;
@@ -46,7 +48,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    evaluate, fit, inspect, inverse_dynamics, likelihood, predict, sample, simulate,
+    adapt, context as context_command, evaluate, fit, inspect, inverse_dynamics, likelihood,
+    predict, sample, simulate,
 };
 use crate::error::CliError;
 
@@ -70,6 +73,8 @@ enum Command {
     Fit(fit::Args),
     Predict(predict::Args),
     Evaluate(evaluate::Args),
+    Context(context_command::Args),
+    Adapt(adapt::Args),
     Inspect(inspect::Args),
     Likelihood(likelihood::Args),
     Sample(sample::Args),
@@ -82,6 +87,8 @@ fn main() -> ExitCode {
         Command::Fit(args) => fit::run(&args),
         Command::Predict(args) => predict::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Context(args) => context_command::run(&args),
+        Command::Adapt(args) => adapt::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Likelihood(args) => likelihood::run(&args),
         Command::Sample(args) => sample::run(&args),

@@ -39,6 +39,19 @@ impl LearnedModel {
         })
     }
 
+    /// The model of several contexts that a command needs; `whose` names it in messages.
+    ///
+    /// # Errors
+    /// A model of one context.
+    pub fn several(&self, whose: &str) -> Result<&MultiTaskModel, CliError> {
+        match self {
+            Self::ManyContexts(model) => Ok(model),
+            Self::OneContext(_) => Err(CliError::Usage(format!(
+                "{whose} is a model of one context; one of several is needed: `torque-gp fit --model mgp`"
+            ))),
+        }
+    }
+
     /// Names of all joints, in the order of the covariates.
     pub fn joint_names(&self) -> &[String] {
         match self {

@@ -61,15 +61,28 @@ impl RowContexts {
     }
 }
 
-/// The number of a context asked for.
+/// The number of a context asked for with `--context`.
 ///
 /// # Errors
 /// A context that is not there, with those that are.
 pub fn number_of(asked: &str, contexts: &[String], whose: &str) -> Result<usize, CliError> {
+    number_in("--context", asked, contexts, whose)
+}
+
+/// The number of a context asked for with an option.
+///
+/// # Errors
+/// A context that is not there, with those that are.
+pub fn number_in(
+    option: &str,
+    asked: &str,
+    contexts: &[String],
+    whose: &str,
+) -> Result<usize, CliError> {
     let found = contexts.iter().position(|name| name == asked);
     found.ok_or_else(|| {
         CliError::Usage(format!(
-            "--context {asked}: {whose} does not have it; it has {}",
+            "{option} {asked}: {whose} does not have it; it has {}",
             listed(contexts)
         ))
     })

@@ -151,6 +151,31 @@ impl DataColumns {
         self.read_rows(table, |row| contexts.take(row).map(|_| true))
     }
 
+    /// Reads all rows without regard to contexts, with their times if there is a column `t`.
+    ///
+    /// # Errors
+    /// A field that is not a finite number, no row at all.
+    pub fn read_in_time(&self, table: Table) -> Result<(Samples, Vec<f64>), CliError> {
+        let header = table.column_names();
+        let column = header
+            .iter()
+            .position(|name| name == "t")
+            .map(|idx| NumberColumn {
+                idx,
+                name: "t".to_owned(),
+                joint: "time".to_owned(),
+                unit: "s",
+            });
+        let mut times = Vec::new();
+        let samples = self.read_rows(table, |row| {
+            if let Some(column) = &column {
+                times.push(row.number(column)?);
+            }
+            Ok(true)
+        })?;
+        Ok((samples, times))
+    }
+
     fn read_rows(
         &self,
         mut table: Table,

@@ -9,6 +9,7 @@ mod learning;
 mod learning_refusals;
 mod likelihood;
 mod likelihood_contexts;
+mod new_contexts;
 mod payloads;
 mod puma_samples;
 mod readme;

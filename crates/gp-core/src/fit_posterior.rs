@@ -89,6 +89,19 @@ impl<C: Covariance> FitPosterior<C> {
         }
     }
 
+    /// The same posterior under a covariance that knows more inputs.
+    ///
+    /// Weights and factors stay: the caller vouches that both covariances agree, to the bit, on
+    /// the inputs that the posterior is made of.
+    pub fn with_covariance<D: Covariance>(&self, covariance: D) -> FitPosterior<D> {
+        match self {
+            Self::Dense(posterior) => FitPosterior::Dense(posterior.with_covariance(covariance)),
+            Self::LowRank(posterior) => {
+                FitPosterior::LowRank(posterior.with_covariance(covariance))
+            }
+        }
+    }
+
     /// Noise standard deviation σ, in target units.
     pub fn noise_std(&self) -> f64 {
         match self {

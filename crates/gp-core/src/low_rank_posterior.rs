@@ -103,6 +103,13 @@ impl<C: Covariance> LowRankPosterior<C> {
         }
     }
 
+    pub(crate) fn with_covariance<D: Covariance>(&self, covariance: D) -> LowRankPosterior<D> {
+        LowRankPosterior {
+            covariance,
+            parts: self.parts.clone(),
+        }
+    }
+
     /// The covariance function c.
     pub fn covariance(&self) -> &C {
         &self.covariance

@@ -94,6 +94,16 @@ impl<C: Covariance> Posterior<C> {
         }
     }
 
+    pub(crate) fn with_covariance<D: Covariance>(&self, covariance: D) -> Posterior<D> {
+        Posterior {
+            covariance,
+            noise_std: self.noise_std,
+            x: self.x.clone(),
+            alpha: self.alpha.clone(),
+            factor: self.factor.clone(),
+        }
+    }
+
     /// The covariance function c.
     pub fn covariance(&self) -> &C {
         &self.covariance

@@ -6,7 +6,10 @@ use gp_core::FitPosterior;
 use kernels::Covariance;
 
 use crate::error::MtgpError;
+use crate::latent_functions::require_inputs;
 use crate::layout::split;
+use crate::model::TaskProcess;
+use crate::prior::MultiTaskCovariance;
 use crate::structured_prediction::require_finite_inputs;
 use crate::task_fit::TaskFit;
 
@@ -29,34 +32,56 @@ impl TaskFit {
     pub fn predict_mean_of_all_tasks(&self, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
         self.rows_of(0, x.subrows(0, 0))?;
         require_finite_inputs(x)?;
-        let (rows, weights) = match &self.posterior {
-            FitPosterior::Dense(posterior) => (posterior.x(), posterior.alpha()),
-            FitPosterior::LowRank(posterior) => {
-                let parts = posterior.parts();
-                (parts.pivots.as_ref(), parts.weights.as_slice())
-            }
-        };
-        let k_task = self.k_task();
-        let n_tasks = k_task.nrows();
-        let (x_known, tasks) = split(rows, n_tasks);
-        // (p, m)
-        let of_tasks = Mat::from_fn(weights.len(), n_tasks, |a, task| {
-            weights[a] * k_task[(task, tasks[a])]
-        });
-
-        let mut means = Mat::zeros(x.nrows(), n_tasks);
-        let mut memory = Mat::zeros(BLOCK.min(x.nrows()), weights.len());
-        for first in (0..x.nrows()).step_by(BLOCK) {
-            let size = BLOCK.min(x.nrows() - first);
-            let mut k_sp = memory.as_mut().subrows_mut(0, size);
-            k_sp.fill(0.0);
-            let x_block = x.subrows(first, size);
-            self.covariance()
-                .input()
-                .add_cross(x_block, x_known, k_sp.as_mut());
-            let block = means.as_mut().subrows_mut(first, size);
-            matmul(block, Accum::Replace, &k_sp, &of_tasks, 1.0, Par::Seq);
-        }
-        Ok(means)
+        Ok(means_of_all_tasks(&self.posterior, x))
     }
+}
+
+impl TaskProcess {
+    /// Posterior means of every task at the rows of `x`, as for [`TaskFit`].
+    ///
+    /// # Shapes
+    /// `x` (k, 3ℓ); the result (k, m).
+    /// # Errors
+    /// As for [`TaskProcess::predict`].
+    pub fn predict_mean_of_all_tasks(&self, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
+        require_inputs(x, 3 * self.n_joints())?;
+        Ok(means_of_all_tasks(&self.posterior, x))
+    }
+}
+
+/// Means at inputs that fit and are finite.
+fn means_of_all_tasks(
+    posterior: &FitPosterior<MultiTaskCovariance>,
+    x: MatRef<'_, f64>,
+) -> Mat<f64> {
+    let (rows, weights) = match posterior {
+        FitPosterior::Dense(posterior) => (posterior.x(), posterior.alpha()),
+        FitPosterior::LowRank(posterior) => {
+            let parts = posterior.parts();
+            (parts.pivots.as_ref(), parts.weights.as_slice())
+        }
+    };
+    let k_task = posterior.covariance().task().k_task();
+    let n_tasks = k_task.nrows();
+    let (x_known, tasks) = split(rows, n_tasks);
+    // (p, m)
+    let of_tasks = Mat::from_fn(weights.len(), n_tasks, |a, task| {
+        weights[a] * k_task[(task, tasks[a])]
+    });
+
+    let mut means = Mat::zeros(x.nrows(), n_tasks);
+    let mut memory = Mat::zeros(BLOCK.min(x.nrows()), weights.len());
+    for first in (0..x.nrows()).step_by(BLOCK) {
+        let size = BLOCK.min(x.nrows() - first);
+        let mut k_sp = memory.as_mut().subrows_mut(0, size);
+        k_sp.fill(0.0);
+        let x_block = x.subrows(first, size);
+        posterior
+            .covariance()
+            .input()
+            .add_cross(x_block, x_known, k_sp.as_mut());
+        let block = means.as_mut().subrows_mut(first, size);
+        matmul(block, Accum::Replace, &k_sp, &of_tasks, 1.0, Par::Seq);
+    }
+    means
 }

@@ -65,6 +65,23 @@ impl ContextTracker {
         })
     }
 
+    /// The tracker for torques with noise beyond the σ of each joint's model.
+    ///
+    /// # Shapes
+    /// `noise_std` (ℓ,), N·m.
+    /// # Errors
+    /// [`MtgpError::CountMismatch`]; [`GpError::BadNoise`] for one that is negative or not finite.
+    pub fn with_torque_noise(mut self, noise_std: &[f64]) -> Result<Self, MtgpError> {
+        require_count("noises of joints", noise_std.len(), self.joints.len())?;
+        for (joint, &noise_std) in self.joints.iter_mut().zip(noise_std) {
+            if !(noise_std >= 0.0 && noise_std.is_finite()) {
+                return Err(GpError::BadNoise { value: noise_std }.into());
+            }
+            joint.add_noise(noise_std);
+        }
+        Ok(self)
+    }
+
     /// Takes a sample in, and returns log P_s, (m,).
     ///
     /// A joint without a torque at this sample says nothing of the context.

@@ -155,9 +155,22 @@ impl LatentFunctions {
     /// [`MtgpError::CountMismatch`] or [`MtgpError::NonFinite`] unless the row has r finite
     /// entries; as for [`PredictiveDensity::new`].
     pub fn density(&self, row: &TaskRow) -> Result<PredictiveDensity, MtgpError> {
+        self.density_with_noise(row, 0.0)
+    }
+
+    /// The density of new torques whose noise is greater than σ, by an independent part.
+    ///
+    /// # Errors
+    /// As for [`LatentFunctions::density`].
+    pub fn density_with_noise(
+        &self,
+        row: &TaskRow,
+        noise_std: f64,
+    ) -> Result<PredictiveDensity, MtgpError> {
         row.require(self.rank())?;
         let mean = self.mean_of(&row.entries);
-        PredictiveDensity::new(mean, self.covariance_of(row), self.noise_std)
+        let total = self.noise_std.hypot(noise_std);
+        PredictiveDensity::new(mean, self.covariance_of(row), total)
     }
 }
 

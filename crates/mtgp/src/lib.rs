@@ -23,6 +23,7 @@ mod predictive;
 mod prior;
 mod rank_part;
 mod repeated_inputs;
+mod row_population;
 mod runs;
 mod sample_window;
 mod sequential;
@@ -35,6 +36,7 @@ mod task_noise;
 mod task_prior;
 mod task_row;
 mod task_start;
+mod torque_noise;
 mod unknown_context;
 mod window_factor;
 
@@ -57,12 +59,14 @@ pub use layout::{Stacked, with_task};
 pub use model::{ContextPredictor, ModelParts, MultiTaskModel, RankSelection, TaskProcess};
 pub use noise_free::NoiseFreeBlock;
 pub use novel_context::{
-    Border, NewTorques, RowFit, fit_row, log_density_of_row, log_density_of_row_with_gradient,
+    Border, NewTorques, RowFit, fit_row, fit_row_from_population, log_density_of_row,
+    log_density_of_row_with_gradient,
 };
 pub use predictive::{ContextModel, PredictiveDensity};
 pub use prior::MultiTaskCovariance;
 pub use rank_part::{RankPart, rank_part};
 pub use repeated_inputs::{FactorGradient, RepeatedInputs, SharedObservations};
+pub use row_population::RowPopulation;
 pub use shared_factor::{SharedFit, fit_shared};
 pub use staged::{StageOne, fit_rank, fit_rank_from};
 pub use task_cov::{TaskCovariance, TaskFactor};
@@ -71,4 +75,5 @@ pub use task_noise::{TaskNoise, TaskNoisePosterior};
 pub use task_prior::{TaskMeasure, TaskPrior, WithTaskPrior};
 pub use task_row::TaskRow;
 pub use task_start::{AugmentedTargets, augmented_k_task, augmented_targets};
+pub use torque_noise::WithTorqueNoise;
 pub use unknown_context::{Calibration, ContextAnswer, chi_squared_upper_tail, known_or_unknown};

@@ -7,6 +7,7 @@ use gp_core::{Factor, GpError, StopReason};
 use crate::error::MtgpError;
 use crate::latent_functions::LatentFunctions;
 use crate::predictive::require_torques;
+use crate::row_population::RowPopulation;
 use crate::task_row::TaskRow;
 
 /// Share of the largest singular value below which least squares takes one for zero.
@@ -174,6 +175,44 @@ pub fn fit_row(
     n_nearest: usize,
     options: &MinimizeOptions,
 ) -> Result<RowFit, MtgpError> {
+    search_row(joints, known, border, None, n_nearest, options)
+}
+
+/// The same with the known rows as a sample of the population that the new one is from.
+///
+/// ```text
+/// maximises log p(D* | D, λ) + log N(λ; λ̄, V)
+/// ```
+/// so that a few torques move λ only as far as they must. `log_density` of the result is that of
+/// the torques alone.
+/// # Errors
+/// As for [`fit_row`] and [`RowPopulation::of`].
+/// # Source
+/// Section 5: novel contexts, with a prior over the rows of K^ρ.
+pub fn fit_row_from_population(
+    joints: &[NewTorques<'_>],
+    known: &[TaskRow],
+    n_nearest: usize,
+    options: &MinimizeOptions,
+) -> Result<RowFit, MtgpError> {
+    let population = RowPopulation::of(known)?;
+    let prior = Some(&population);
+    let found = search_row(joints, known, Border::InSpan, prior, n_nearest, options)?;
+    let (penalty, _) = population.log_density(&found.row.entries);
+    Ok(RowFit {
+        log_density: found.log_density - penalty,
+        ..found
+    })
+}
+
+fn search_row(
+    joints: &[NewTorques<'_>],
+    known: &[TaskRow],
+    border: Border,
+    population: Option<&RowPopulation>,
+    n_nearest: usize,
+    options: &MinimizeOptions,
+) -> Result<RowFit, MtgpError> {
     let rank = joints.first().ok_or(MtgpError::NoJoints)?.latent.rank();
     let scale = scale_of(known);
     let starts = starts(joints, known, n_nearest)?;
@@ -185,6 +224,7 @@ pub fn fit_row(
     let mut search = RowSearch {
         joints,
         border,
+        population,
         scale,
     };
     let (mut best, mut evaluations, mut n_starts): (Option<RowFit>, usize, usize) = (None, 0, 0);
@@ -222,6 +262,7 @@ pub fn fit_row(
 struct RowSearch<'a> {
     joints: &'a [NewTorques<'a>],
     border: Border,
+    population: Option<&'a RowPopulation>,
     scale: f64,
 }
 
@@ -248,7 +289,12 @@ impl Objective for RowSearch<'_> {
             row.own_std = own * self.scale; // the sign matters to the gradient
         }
         match log_density_of_row_with_gradient(self.joints, &row) {
-            Ok((value, slopes)) if value.is_finite() => {
+            Ok((mut value, mut slopes)) if value.is_finite() => {
+                if let Some(population) = self.population {
+                    let (prior, of_prior) = population.log_density(&row.entries);
+                    value += prior;
+                    slopes.iter_mut().zip(of_prior).for_each(|(a, b)| *a += b);
+                }
                 for (gradient, slope) in gradient.iter_mut().zip(slopes) {
                     *gradient = -slope * self.scale;
                 }

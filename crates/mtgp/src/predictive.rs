@@ -105,6 +105,30 @@ impl PredictiveDensity {
     }
 }
 
+impl PredictiveDensity {
+    /// Log density of the first torque, of the first two, …, each with the sum of its squares, (k,).
+    ///
+    /// ```text
+    /// log p(t_1, …, t_j) = Σ_{i ≤ j} (−½ z_i² − log L_ii − ½ log 2π)
+    /// ```
+    /// as the leading part of a Cholesky factor is the factor of the leading part: a growing
+    /// number of torques is judged at the cost of all of them.
+    /// # Errors
+    /// As for [`PredictiveDensity::whitened`].
+    pub fn running_log_densities(&self, torques: &[f64]) -> Result<Vec<(f64, f64)>, MtgpError> {
+        let whitened = self.whitened(torques)?;
+        let half_log_tau = 0.5 * std::f64::consts::TAU.ln();
+        let l = self.factor.l();
+        let mut sums = (0.0, 0.0);
+        let running = whitened.iter().enumerate().map(|(idx, z)| {
+            sums.0 -= 0.5 * z * z + l[(idx, idx)].ln() + half_log_tau;
+            sums.1 += z * z;
+            sums
+        });
+        Ok(running.collect())
+    }
+}
+
 /// Fails unless there are `expected` torques, all of them finite.
 pub(crate) fn require_torques(torques: &[f64], expected: usize) -> Result<(), MtgpError> {
     if torques.len() != expected {

@@ -48,6 +48,11 @@ impl SampleWindow {
         }
     }
 
+    /// Adds noise to that of the model.
+    pub fn add_noise(&mut self, noise_std: f64) {
+        self.noise_var += noise_std * noise_std;
+    }
+
     /// Number of contexts m.
     pub fn n_contexts(&self) -> usize {
         self.rows.len()

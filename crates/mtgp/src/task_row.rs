@@ -3,7 +3,7 @@
 use faer::Mat;
 
 use crate::error::MtgpError;
-use crate::task_cov::TaskCovariance;
+use crate::task_cov::{TaskCovariance, TaskFactor};
 
 /// How the torque of a task is made of the r latent functions f_c, and of one of its own.
 ///
@@ -66,6 +66,37 @@ impl TaskCovariance {
             Self::Ones { n_tasks } => Mat::full(*n_tasks, 1, 1.0),
             Self::Factor(factor) => factor.lambda().to_owned(),
         }
+    }
+
+    /// K^ρ with one more task of a given row, of the same rank: Λ grows by the row.
+    ///
+    /// Its other entries keep every bit.
+    /// # Errors
+    /// [`MtgpError::CountMismatch`] or [`MtgpError::NonFinite`] unless the row has r finite entries;
+    /// [`MtgpError::CountMismatch`] if it has a variance of its own, for which Λ has no column.
+    /// # Source
+    /// Section 5: K^ρ grows by one row and column.
+    pub fn with_row(&self, row: &TaskRow) -> Result<Self, MtgpError> {
+        let root = self.root();
+        row.require(root.ncols())?;
+        if row.own_std != 0.0 {
+            let (what, found, expected) =
+                ("columns of task_factor", root.ncols() + 1, root.ncols());
+            return Err(MtgpError::CountMismatch {
+                what,
+                found,
+                expected,
+            });
+        }
+        let m = root.nrows();
+        let grown = Mat::from_fn(m + 1, root.ncols(), |task, c| {
+            if task < m {
+                root[(task, c)]
+            } else {
+                row.entries[c]
+            }
+        });
+        Ok(Self::Factor(TaskFactor::new(grown)?))
     }
 
     /// The rows of [`TaskCovariance::root`], one per task.

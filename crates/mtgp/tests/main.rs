@@ -26,6 +26,7 @@ mod model_file;
 mod multi_task_models;
 mod novel_context;
 mod repeated_inputs;
+mod row_population;
 mod shared_factor;
 mod staged;
 mod task_noise;

@@ -4,8 +4,8 @@ use faer::Mat;
 use gp_core::{FitPosterior, FitSummary, LikelihoodOptions, Method, Provenance, TrainingRanges};
 use kernels::{TorqueCovariance, TorqueParams};
 use mtgp::{
-    ModelParts, MultiTaskCovariance, MultiTaskModel, RankSelection, Stacked, TaskCovariance,
-    TaskFactor, TaskProcess, with_task,
+    LatentFunctions, ModelParts, MultiTaskCovariance, MultiTaskModel, RankSelection, Stacked,
+    TaskCovariance, TaskFactor, TaskProcess, TaskRow, with_task,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -159,6 +159,70 @@ fn the_predictor_says_what_the_model_says_in_every_context() {
             }
         }
     }
+}
+
+/// Λ with one more row, of the kinds that [`model`] makes.
+fn new_rows(has_fixed_tasks: bool) -> Vec<TaskRow> {
+    let row = |entries: &[f64]| TaskRow::in_span(entries.to_vec());
+    if has_fixed_tasks {
+        vec![row(&[0.4, -0.3, 1.2]), row(&[0.7])]
+    } else {
+        vec![row(&[0.9, -0.4]), row(&[0.2, 1.3])]
+    }
+}
+
+#[test]
+fn a_grown_model_predicts_the_old_contexts_to_the_bit_and_the_new_one_by_its_row() {
+    let x = inputs(5, 7);
+    for has_fixed_tasks in [false, true] {
+        for n in [5, 60, 200] {
+            let model = model(n, has_fixed_tasks);
+            let rows = new_rows(has_fixed_tasks);
+            let ranges = TrainingRanges::of(x.as_ref()).unwrap();
+            let grown = model.with_context("new", &rows, ranges).unwrap();
+            let grown = MultiTaskModel::from_bytes(&grown.to_bytes()).unwrap();
+            for context in CONTEXTS {
+                let before = model.predict(context, x.as_ref()).unwrap();
+                assert_eq!(grown.predict(context, x.as_ref()).unwrap(), before);
+            }
+            let found = grown.predict("new", x.as_ref()).unwrap();
+            for ((found, row), (_, process)) in found.iter().zip(&rows).zip(model.learned()) {
+                let latent = LatentFunctions::new(&process.posterior, x.as_ref()).unwrap();
+                let covariance = latent.covariance_of(row);
+                let mean = latent.mean_of(&row.entries);
+                // As for the predictor above.
+                let tolerance = 8.0 * f64::EPSILON * n as f64 * 500.0 * 10.0;
+                for idx in 0..x.nrows() {
+                    let (m, v) = (found.mean[idx], found.var[idx]);
+                    assert!((m - mean[idx]).abs() <= tolerance, "{m} {}", mean[idx]);
+                    let expected = covariance[(idx, idx)];
+                    assert!((v - expected).abs() <= tolerance, "{v} {expected}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_context_that_does_not_fit_is_refused() {
+    let model = model(12, false);
+    let ranges = TrainingRanges::of(inputs(5, 7).as_ref()).unwrap();
+    let rows = new_rows(false);
+    let refused = |name: &str, rows: &[TaskRow]| {
+        let grown = model.with_context(name, rows, ranges.clone());
+        grown.unwrap_err().to_string()
+    };
+    assert!(refused("brick", &rows).contains("two contexts are named brick"));
+    assert!(refused("new", &rows[..1]).contains("rows of joints"));
+    let longer = TaskRow::in_span(vec![1.0; 3]);
+    assert!(refused("new", &[longer, rows[1].clone()]).contains("entries of a task's row"));
+    let not_finite = TaskRow::in_span(vec![1.0, f64::NAN]);
+    assert!(refused("new", &[rows[0].clone(), not_finite]).contains("NaN"));
+    let own = TaskRow {
+        own_std: 0.5,
+        ..rows[0].clone()
+    };
+    assert!(refused("new", &[own, rows[1].clone()]).contains("columns of task_factor"));
 }
 
 #[test]

@@ -7,7 +7,10 @@
 //! Section 5.
 
 pub mod bench;
+pub mod context;
 pub mod models;
+mod normal;
+pub mod novel;
 pub mod page;
 pub mod rbd;
 pub mod sampled;
@@ -27,7 +30,9 @@ use crate::error::BenchError;
 /// not what the module reads; those of its models and pictures.
 pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
     match experiment.name.as_str() {
+        "context" => context::make(experiment, bench),
         "models" => models::make(experiment, bench),
+        "novel" => novel::make(experiment, bench),
         "rbd" => rbd::make(experiment, bench),
         "sampled" => sampled::make(experiment, bench),
         other => Err(BenchError::UnknownName {

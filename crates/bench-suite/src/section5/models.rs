@@ -1,6 +1,5 @@
 //! The shared models themselves: how they were fitted and how they predict.
 
-use faer::Mat;
 use mtgp::{MultiTaskModel, TaskProcess};
 use rayon::prelude::*;
 use serde::Deserialize;
@@ -12,7 +11,7 @@ use crate::data_figures::section::{Section, csv};
 use crate::error::BenchError;
 use crate::metrics::nmse;
 use crate::report::text_table::{TextTable, score};
-use crate::split::Split;
+use crate::split::{N_ROWS, Split};
 
 /// Settings of a profile.
 #[derive(Debug, Deserialize)]
@@ -63,15 +62,16 @@ fn line(
     process: &TaskProcess,
 ) -> Result<Line, BenchError> {
     let (mut interp, mut extrap) = (0.0, 0.0);
+    let all_rows: Vec<usize> = (0..N_ROWS).collect();
+    let means = process.predict_mean_of_all_tasks(bench.data.x(&all_rows).as_ref())?;
     for (task, split) in splits.iter().enumerate() {
-        let x: Mat<f64> = bench.data.x(&split.extrap);
-        let rows = process.covariance().rows_of(x.as_ref(), task)?;
-        let mean = process.posterior.predict_mean(rows.as_ref())?;
-        let torques = bench.data.torques(task + 1, joint, &split.extrap);
-        extrap += nmse(&mean, &torques)?;
-        let places = split.interp_in_extrap();
-        let at = |values: &[f64]| places.iter().map(|&i| values[i]).collect::<Vec<f64>>();
-        interp += nmse(&at(&mean), &at(&torques))?;
+        let of_task = means.col_as_slice(task);
+        let on = |rows: &[usize]| {
+            let picked: Vec<f64> = rows.iter().map(|&row| of_task[row]).collect();
+            nmse(&picked, &bench.data.torques(task + 1, joint, rows))
+        };
+        interp += on(&split.interp)?;
+        extrap += on(&split.extrap)?;
     }
     let m = splits.len() as f64;
     Ok(Line {

@@ -12,8 +12,13 @@ use crate::spec::{Profile, Prose};
 pub const GROUP: &str = "section5";
 
 /// Sources of the experiments, in the order in which they are made.
-const SOURCES: [(&str, &str); 3] = [
+const SOURCES: [(&str, &str); 5] = [
     ("models.toml", include_str!("../../experiments/models.toml")),
+    (
+        "context.toml",
+        include_str!("../../experiments/context.toml"),
+    ),
+    ("novel.toml", include_str!("../../experiments/novel.toml")),
     ("rbd.toml", include_str!("../../experiments/rbd.toml")),
     (
         "sampled.toml",
@@ -51,13 +56,19 @@ impl Section5Experiment {
     /// # Errors
     /// `Experiment` if a description does not follow the format.
     pub fn all() -> Result<Vec<Self>, BenchError> {
-        let parse = |(name, source): &(&str, &str)| {
-            toml::from_str(source).map_err(|error| BenchError::Experiment {
-                name: (*name).to_string(),
-                message: error.to_string(),
-            })
-        };
+        let parse = |(name, source): &(&str, &str)| Self::parse(name, source);
         SOURCES.iter().map(parse).collect()
+    }
+
+    /// Reads one description.
+    ///
+    /// # Errors
+    /// `Experiment` if it is not TOML of this format.
+    pub fn parse(name: &str, source: &str) -> Result<Self, BenchError> {
+        toml::from_str(source).map_err(|error| BenchError::Experiment {
+            name: name.to_string(),
+            message: error.to_string(),
+        })
     }
 
     /// The names on the command line.

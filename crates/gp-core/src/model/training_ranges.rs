@@ -65,6 +65,23 @@ impl TrainingRanges {
         Err(GpError::InconsistentModel { what })
     }
 
+    /// The ranges of both sets of samples together.
+    ///
+    /// # Panics
+    /// If they have other numbers of covariates.
+    #[must_use]
+    pub fn union(&self, other: &Self) -> Self {
+        assert_eq!(self.n_covariates(), other.n_covariates());
+        let both = |a: &[f64], b: &[f64], pick: fn(f64, f64) -> f64| {
+            a.iter().zip(b).map(|(a, b)| pick(*a, *b)).collect()
+        };
+        Self {
+            min: both(&self.min, &other.min, f64::min),
+            max: both(&self.max, &other.max, f64::max),
+            n_samples: self.n_samples + other.n_samples,
+        }
+    }
+
     /// Smallest value of every covariate, (3ℓ,).
     pub fn min(&self) -> &[f64] {
         &self.min

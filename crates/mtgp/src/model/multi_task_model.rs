@@ -6,10 +6,12 @@ use gp_core::{
     decode_model, encode_model,
 };
 
+use crate::context_estimate::require_count;
 use crate::error::MtgpError;
 use crate::model::context_predictor::ContextPredictor;
 use crate::model::record::MultiTaskRecord;
 use crate::model::task_process::TaskProcess;
+use crate::task_row::TaskRow;
 
 /// What is learned for a robot under several loads: a process for some or all of its joints.
 ///
@@ -59,6 +61,34 @@ impl MultiTaskModel {
             Some(what) => Err(GpError::InconsistentModel { what }),
             None => Ok(Self { parts }),
         }
+    }
+
+    /// The model with one more context, whose rows of Λ are known.
+    ///
+    /// The posterior given the old data stays as it is, and so do the predictions of the old
+    /// contexts, to the bit; that of the new one is Mλ with the covariance of [`crate::LatentFunctions`].
+    /// # Shapes
+    /// One row per learned joint, in their order; `ranges` of the new context's data.
+    /// # Errors
+    /// [`MtgpError::CountMismatch`] for another number of rows; as for
+    /// [`crate::TaskCovariance::with_row`]; as for [`MultiTaskModel::new`], a name that is taken among them.
+    /// # Source
+    /// Section 5: novel contexts.
+    pub fn with_context(
+        &self,
+        name: &str,
+        rows: &[TaskRow],
+        ranges: TrainingRanges,
+    ) -> Result<Self, MtgpError> {
+        require_count("rows of joints", rows.len(), self.learned().len())?;
+        let mut parts = self.parts.clone();
+        for ((_, process), row) in parts.learned.iter_mut().zip(rows) {
+            *process = process.with_row(row)?;
+        }
+        parts.contexts.push(name.to_owned());
+        parts.ranges = parts.ranges.union(&ranges);
+        parts.context_ranges.push(ranges);
+        Ok(Self::new(parts)?)
     }
 
     /// All that it consists of.

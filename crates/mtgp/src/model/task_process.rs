@@ -8,6 +8,7 @@ use crate::layout::split;
 use crate::prior::MultiTaskCovariance;
 use crate::task_cov::TaskCovariance;
 use crate::task_fit::{Origin, TaskFit, TaskFitReport};
+use crate::task_row::TaskRow;
 
 /// A multi-task process over one joint's torque, with the summary of its fit.
 #[derive(Debug, Clone)]
@@ -59,6 +60,20 @@ impl TaskProcess {
     /// Variance of the noise of an observation, in squared target units.
     pub fn noise_var(&self) -> f64 {
         self.posterior.noise_std().powi(2)
+    }
+
+    /// The process with one more task of a given row; nothing else changes.
+    ///
+    /// # Errors
+    /// As for [`TaskCovariance::with_row`].
+    pub(crate) fn with_row(&self, row: &TaskRow) -> Result<Self, MtgpError> {
+        let prior = self.covariance();
+        let task = prior.task().with_row(row)?;
+        let grown = MultiTaskCovariance::new(prior.input().clone(), task);
+        Ok(Self {
+            posterior: self.posterior.with_covariance(grown),
+            summary: self.summary.clone(),
+        })
     }
 
     /// Posterior means and latent variances of one task, counted from zero.

@@ -1,0 +1,140 @@
+//! How often the most probable load is the right one.
+
+use super::picture;
+use super::settings::Settings;
+use super::trials::{Layout, Trial};
+use crate::data_figures::section::{Section, csv};
+use crate::error::BenchError;
+use crate::report::text_table::TextTable;
+
+/// Samples and noise of the sentence "with 10 samples and no noise".
+const ASKED_COUNT: usize = 10;
+
+/// Trials by what was true and what was said.
+pub struct Confusion {
+    /// Counts, row the load that was true, column the one said, (m, m).
+    pub counts: Vec<Vec<usize>>,
+}
+
+impl Confusion {
+    /// The trials of known loads that a filter lets through.
+    fn of(trials: &[Trial], count_idx: usize, is_in: impl Fn(&Trial) -> bool) -> Self {
+        let m = trials
+            .first()
+            .map_or(0, |trial| trial.by_count[0].known.len());
+        let mut counts = vec![vec![0; m]; m];
+        for trial in trials
+            .iter()
+            .filter(|trial| trial.load <= m && is_in(trial))
+        {
+            counts[trial.load - 1][trial.by_count[count_idx].best()] += 1;
+        }
+        Self { counts }
+    }
+
+    /// Part of the trials in which the right load was said.
+    pub fn accuracy(&self) -> f64 {
+        let right: usize = self.counts.iter().enumerate().map(|(i, row)| row[i]).sum();
+        right as f64 / self.n_trials() as f64
+    }
+
+    fn n_trials(&self) -> usize {
+        self.counts.iter().flatten().sum()
+    }
+}
+
+/// Table, CSV file, picture and the finding about right loads.
+///
+/// # Errors
+/// `Picture`.
+pub fn report(
+    trials: &[Trial],
+    settings: &Settings,
+    section: &mut Section,
+) -> Result<(), BenchError> {
+    let mut rows = Vec::new();
+    let mut numbers = Vec::new();
+    for layout in Layout::ALL {
+        for (noise_idx, noise) in settings.torque_noise.iter().enumerate() {
+            let mut row = vec![layout.name().to_string(), format!("{noise}")];
+            for (count_idx, count) in settings.counts.iter().enumerate() {
+                let is_in = |trial: &Trial| trial.layout == layout && trial.noise_idx == noise_idx;
+                let confusion = Confusion::of(trials, count_idx, is_in);
+                row.push(percent(confusion.accuracy()));
+                numbers.extend(cells(layout, *noise, *count, &confusion));
+                if is_shown(layout, *noise, *count, settings) {
+                    let picture = picture::draw(&confusion);
+                    let caption = "Loads that were true (rows) and said (columns)";
+                    section.show("context", caption, &picture)?;
+                }
+            }
+            rows.push(row);
+        }
+    }
+    let header = ["samples are", "noise (N·m)"].map(String::from);
+    let counts = settings.counts.iter().map(|count| format!("n = {count}"));
+    section.table = Some(TextTable {
+        header: header.into_iter().chain(counts).collect(),
+        rows,
+        n_left: 1,
+    });
+    let header = "samples,torque_noise,count,load,said,trials";
+    section.file("context_confusion.csv", csv(header, numbers));
+    found(trials, settings, section);
+    Ok(())
+}
+
+/// The picture is of ten consecutive samples with the middle noise.
+fn is_shown(layout: Layout, noise: f64, count: usize, settings: &Settings) -> bool {
+    let is_noise = noise.to_bits() == settings.switch_noise.to_bits();
+    layout == Layout::Consecutive && count == ASKED_COUNT && is_noise
+}
+
+fn cells(
+    layout: Layout,
+    noise: f64,
+    count: usize,
+    confusion: &Confusion,
+) -> Vec<(Vec<String>, Vec<f64>)> {
+    let mut cells = Vec::new();
+    for (load, row) in confusion.counts.iter().enumerate() {
+        for (said, n) in row.iter().enumerate().filter(|(_, n)| **n > 0) {
+            let labels = [
+                layout.name().to_string(),
+                noise.to_string(),
+                count.to_string(),
+                format!("c{}", load + 1),
+                format!("c{}", said + 1),
+            ];
+            cells.push((labels.to_vec(), vec![*n as f64]));
+        }
+    }
+    cells
+}
+
+fn found(trials: &[Trial], settings: &Settings, section: &mut Section) {
+    let Some(count_idx) = settings.counts.iter().position(|&n| n == ASKED_COUNT) else {
+        return;
+    };
+    let is_quiet = |trial: &Trial| settings.torque_noise[trial.noise_idx] <= 0.0;
+    for layout in Layout::ALL {
+        let is_in = |trial: &Trial| trial.layout == layout && is_quiet(trial);
+        let confusion = Confusion::of(trials, count_idx, is_in);
+        section.found(
+            format!(
+                "right load in 99 % of trials or more, {ASKED_COUNT} {} samples without noise",
+                layout.name()
+            ),
+            format!(
+                "{} of {} trials",
+                percent(confusion.accuracy()),
+                confusion.n_trials()
+            ),
+        );
+    }
+}
+
+/// One decimal.
+pub fn percent(part: f64) -> String {
+    format!("{:.1} %", 100.0 * part)
+}

@@ -1,0 +1,53 @@
+//! A confusion matrix as squares whose area is the part of a row's trials.
+
+use super::confusion::Confusion;
+use crate::report::picture::{Align, Font, Picture};
+
+/// Side of a cell.
+const CELL: f64 = 26.0;
+/// Left and top margin.
+const MARGIN: f64 = 56.0;
+
+/// The picture: rows the load that was true, columns the one said.
+pub fn draw(confusion: &Confusion) -> Picture {
+    let m = confusion.counts.len();
+    let side = m as f64 * CELL;
+    let mut picture = Picture::new(MARGIN + side + 20.0, MARGIN + side + 20.0);
+    let centre = |idx: usize| MARGIN + (idx as f64 + 0.5) * CELL;
+    picture.text(
+        MARGIN + side / 2.0,
+        16.0,
+        "load said",
+        Font::Label,
+        Align::Centre,
+    );
+    picture.vertical_text(14.0, MARGIN + side / 2.0, "load that was true", Font::Label);
+    picture.rectangle((MARGIN, MARGIN, side, side), "none", Some("#999999"));
+    for (load, row) in confusion.counts.iter().enumerate() {
+        let name = format!("c{}", load + 1);
+        let y = centre(load);
+        picture.text(
+            centre(load),
+            MARGIN - 8.0,
+            &name,
+            Font::Remark,
+            Align::Centre,
+        );
+        picture.text(MARGIN - 6.0, y + 4.0, &name, Font::Remark, Align::Right);
+        let total: usize = row.iter().sum();
+        for (said, n) in row.iter().enumerate().filter(|(_, n)| **n > 0) {
+            let part = *n as f64 / total as f64;
+            let side = (CELL - 2.0) * part.sqrt();
+            let colour = if said == load { "#1b6ca8" } else { "#c2452d" };
+            picture.start_group(format!(
+                "c{} taken for c{}: {n} of {total}",
+                load + 1,
+                said + 1
+            ));
+            let corner = (centre(said) - side / 2.0, y - side / 2.0, side, side);
+            picture.rectangle(corner, colour, None);
+            picture.end_group();
+        }
+    }
+    picture
+}

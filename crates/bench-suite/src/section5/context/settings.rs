@@ -1,0 +1,121 @@
+//! What the experiment's TOML says.
+
+use serde::Deserialize;
+
+use super::super::training_set::TrainingSet;
+use crate::error::BenchError;
+use crate::split::{N_PATHS, N_SPEEDS, TrajectoryId};
+
+/// Settings of a profile.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// Training samples of a joint.
+    pub n_total: usize,
+    /// Trajectories not trained on.
+    held_out: Vec<String>,
+    /// Trajectories that the trials are on.
+    tested: Vec<String>,
+    /// Places on each of them where trials begin.
+    pub places: usize,
+    /// Numbers of samples, ascending.
+    pub counts: Vec<usize>,
+    /// Standard deviations, N·m.
+    pub torque_noise: Vec<f64>,
+    /// Of false alarms.
+    pub level: f64,
+    /// Samples that the tracker takes together.
+    pub windows: Vec<usize>,
+    /// Changes of load per second.
+    pub switching_rate: f64,
+    /// Standard deviation, N·m.
+    pub switch_noise: f64,
+    /// Places of a change on each trajectory.
+    pub switch_places: usize,
+}
+
+impl Settings {
+    /// Samples of the longest trial.
+    pub fn most(&self) -> usize {
+        self.counts.iter().copied().max().unwrap_or(0)
+    }
+
+    /// What the models are trained on.
+    ///
+    /// # Errors
+    /// `Experiment` for a trajectory that does not exist.
+    pub fn training_set(&self, name: &str) -> Result<TrainingSet, BenchError> {
+        Ok(TrainingSet {
+            held_out: trajectories(name, &self.held_out)?,
+            ..TrainingSet::of_table_2(self.n_total)
+        })
+    }
+
+    /// The trajectories of the trials.
+    ///
+    /// # Errors
+    /// `Experiment` for one that does not exist.
+    pub fn tested(&self, name: &str) -> Result<Vec<TrajectoryId>, BenchError> {
+        trajectories(name, &self.tested)
+    }
+}
+
+/// (p1,s2) is written p1s2.
+fn trajectories(name: &str, labels: &[String]) -> Result<Vec<TrajectoryId>, BenchError> {
+    let read = |label: &String| {
+        let (path, speed) = label.strip_prefix('p')?.split_once('s')?;
+        let number = |text: &str, most: usize| {
+            let number: usize = text.parse().ok()?;
+            (1..=most).contains(&number).then(|| number - 1)
+        };
+        Some(TrajectoryId {
+            path_idx: number(path, N_PATHS)?,
+            speed_idx: number(speed, N_SPEEDS)?,
+        })
+    };
+    let refuse = |label: &String| BenchError::Experiment {
+        name: name.to_string(),
+        message: format!("\"{label}\" is not a trajectory p1s1 to p{N_PATHS}s{N_SPEEDS}"),
+    };
+    let found = labels
+        .iter()
+        .map(|label| read(label).ok_or_else(|| refuse(label)));
+    found.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::spec::Section5Experiment;
+    use super::*;
+    use crate::spec::Profile;
+    use crate::split::REFERENCE;
+
+    #[test]
+    fn trajectories_are_read_and_wrong_ones_refused() {
+        let read = trajectories("x", &["p2s3".to_string()]).unwrap();
+        assert_eq!(read, [REFERENCE]);
+        for wrong in ["p5s1", "p1s0", "s1p1", "p1", ""] {
+            let error = trajectories("x", &[wrong.to_string()]).unwrap_err();
+            let message = error.to_string();
+            assert!(
+                message.contains("is not a trajectory p1s1 to p4s4"),
+                "{message}"
+            );
+        }
+    }
+
+    #[test]
+    fn trials_are_on_trajectories_without_a_training_sample() {
+        let all = Section5Experiment::all().unwrap();
+        let experiment = all.iter().find(|one| one.name == "context").unwrap();
+        for profile in [Profile::Smoke, Profile::Full] {
+            let settings: Settings = experiment.settings(profile).unwrap();
+            let set = settings.training_set("context").unwrap();
+            for trajectory in settings.tested("context").unwrap() {
+                let rows = trajectory.rows();
+                let is_trained = |load| set.rows(load).iter().any(|row| rows.contains(row));
+                assert!(!(1..=14).any(is_trained), "{trajectory:?}");
+            }
+        }
+    }
+}

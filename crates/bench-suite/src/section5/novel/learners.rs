@@ -1,0 +1,241 @@
+//! What can be done with a few samples of a new load.
+
+use std::time::Instant;
+
+use gp_core::TrainingRanges;
+use gp_core::optimize::MinimizeOptions;
+use mtgp::{
+    AdaptedPosterior, Border, ContextPrior, JointTorques, LatentFunctions, MultiTaskModel,
+    NewTorques, TaskProcess, TaskRow, WithTorqueNoise, context_evidence, fit_row,
+    fit_row_from_population,
+};
+
+use super::physics::LoadRegression;
+use super::{Case, Samples, Test};
+use crate::cell::ModelKind;
+use crate::error::BenchError;
+use crate::metrics::nmse;
+use crate::models::Fitted;
+use crate::section5::trained::Trained;
+
+/// Known rows that a search for the new one sets out from, beside least squares.
+const N_NEAREST: usize = 1;
+
+/// A way to learn the new load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Learner {
+    /// The row with the known rows as a prior, and the new torques conditioned on.
+    Mgp,
+    /// The same row; the posterior of the old data alone.
+    RowOnly,
+    /// The row of maximum likelihood, and the new torques conditioned on.
+    NoPrior,
+    /// GPc of the new samples alone.
+    Alone,
+    /// pGP with the new samples among its own.
+    Pooled,
+    /// The known load that eq. (21) says.
+    Nearest,
+    /// Ten inertial parameters, all else known.
+    Physics,
+}
+
+impl Learner {
+    /// All, in the order of the tables.
+    pub const ALL: [Self; 7] = [
+        Self::Mgp,
+        Self::RowOnly,
+        Self::NoPrior,
+        Self::Alone,
+        Self::Pooled,
+        Self::Nearest,
+        Self::Physics,
+    ];
+
+    /// Name in tables and pictures.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mgp => "mGP",
+            Self::RowOnly => "mGP, row only",
+            Self::NoPrior => "mGP, no prior",
+            Self::Alone => "GPc",
+            Self::Pooled => "pGP",
+            Self::Nearest => "nearest",
+            Self::Physics => "physics",
+        }
+    }
+}
+
+/// nMSE of one joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Score {
+    pub learner: Learner,
+    pub draw: usize,
+    pub noise_idx: usize,
+    pub count: usize,
+    /// From 1.
+    pub joint: usize,
+    pub nmse: f64,
+    /// Wall-clock seconds of learning this joint, mGP alone; not reproducible.
+    pub seconds: f64,
+}
+
+/// The known models and the test.
+pub struct Learners<'a> {
+    pub trained: &'a Trained,
+    pub physics: &'a LoadRegression,
+    pub test: &'a Test,
+}
+
+impl Learners<'_> {
+    /// Scores of all learners and joints; a learner that cannot learn from so few has none.
+    ///
+    /// # Errors
+    /// `MultiTask` or `Fit` if an adaptation fails, `Decomposition`, those of [`nmse`].
+    pub fn scores(&self, samples: &Samples, case: Case) -> Result<Vec<Score>, BenchError> {
+        let mut scores = Vec::new();
+        let nearest = nearest(&self.trained.mgp, samples)?;
+        let parameters = LoadRegression::new(samples.x.as_ref())
+            .parameters(&samples.torques, samples.noise_std)?;
+        for joint_idx in 0..samples.torques.len() {
+            let mut add = |learner, mean: Vec<f64>, seconds| {
+                let nmse = nmse(&mean, &self.test.torques[joint_idx])?;
+                scores.push(Score {
+                    learner,
+                    draw: case.draw,
+                    noise_idx: case.noise_idx,
+                    count: case.count,
+                    joint: joint_idx + 1,
+                    // An exact prediction still has a place on a logarithmic axis.
+                    nmse: nmse.max(f64::MIN_POSITIVE),
+                    seconds,
+                });
+                Ok::<(), BenchError>(())
+            };
+            for (learner, mean, seconds) in self.adapted(samples, joint_idx)? {
+                add(learner, mean, seconds)?;
+            }
+            if let Some(mean) = self.alone(samples, joint_idx) {
+                add(Learner::Alone, mean, 0.0)?;
+            }
+            add(Learner::Pooled, self.pooled(samples, joint_idx)?, 0.0)?;
+            add(Learner::Nearest, self.known(joint_idx, nearest)?, 0.0)?;
+            let physics = self.physics.predict(joint_idx, &parameters);
+            add(Learner::Physics, physics, 0.0)?;
+        }
+        Ok(scores)
+    }
+
+    /// The three ways of the mGP.
+    fn adapted(
+        &self,
+        samples: &Samples,
+        joint_idx: usize,
+    ) -> Result<[(Learner, Vec<f64>, f64); 3], BenchError> {
+        let process = &self.trained.mgp.learned()[joint_idx].1;
+        let torques = &samples.torques[joint_idx];
+        let (adapted, seconds) = adapt(process, samples, torques, Prior::KnownRows)?;
+        let (free, _) = adapt(process, samples, torques, Prior::None)?;
+        let new = adapted.new_context();
+        let x = self.test.x.as_ref();
+        let row_only = self.row_only(joint_idx, adapted.new_row())?;
+        Ok([
+            (Learner::Mgp, adapted.predict_mean(x, new)?, seconds),
+            (Learner::RowOnly, row_only, 0.0),
+            (Learner::NoPrior, free.predict_mean(x, new)?, 0.0),
+        ])
+    }
+
+    /// Predictions of the grown model whose posterior is that of the old data.
+    fn row_only(&self, joint_idx: usize, row: &TaskRow) -> Result<Vec<f64>, BenchError> {
+        let process = &self.trained.mgp.learned()[joint_idx].1;
+        let mut parts = self.trained.mgp.parts().clone();
+        parts.learned = vec![(joint_idx, process.clone())];
+        let ranges = TrainingRanges::of(self.test.x.as_ref())?;
+        let grown =
+            MultiTaskModel::new(parts)?.with_context("new", std::slice::from_ref(row), ranges)?;
+        let task = grown.contexts().len() - 1;
+        mean_of(&grown.learned()[0].1, task, self.test)
+    }
+
+    fn alone(&self, samples: &Samples, joint_idx: usize) -> Option<Vec<f64>> {
+        let torques = &samples.torques[joint_idx];
+        let fitted = Fitted::fit(ModelKind::GpCoulomb, samples.x.as_ref(), torques).ok()?;
+        fitted.predict_mean(self.test.x.as_ref()).ok()
+    }
+
+    fn pooled(&self, samples: &Samples, joint_idx: usize) -> Result<Vec<f64>, BenchError> {
+        let process = &self.trained.pgp.learned()[joint_idx].1;
+        let same = TaskRow::in_span(vec![1.0]);
+        let torques = &samples.torques[joint_idx];
+        let posterior = process.posterior.clone();
+        let adapted = AdaptedPosterior::new(posterior, same, samples.x.as_ref(), torques)?;
+        Ok(adapted.predict_mean(self.test.x.as_ref(), adapted.new_context())?)
+    }
+
+    fn known(&self, joint_idx: usize, context: usize) -> Result<Vec<f64>, BenchError> {
+        mean_of(&self.trained.mgp.learned()[joint_idx].1, context, self.test)
+    }
+}
+
+fn mean_of(process: &TaskProcess, task: usize, test: &Test) -> Result<Vec<f64>, BenchError> {
+    let rows = process.covariance().rows_of(test.x.as_ref(), task)?;
+    Ok(process.posterior.predict_mean(rows.as_ref())?)
+}
+
+/// What is believed of the row before the torques.
+#[derive(Clone, Copy)]
+enum Prior {
+    KnownRows,
+    None,
+}
+
+/// Learns one joint's row and conditions on the torques; with the seconds that it took.
+fn adapt(
+    process: &TaskProcess,
+    samples: &Samples,
+    torques: &[f64],
+    prior: Prior,
+) -> Result<(AdaptedPosterior, f64), BenchError> {
+    let start = Instant::now();
+    let latent = LatentFunctions::new(&process.posterior, samples.x.as_ref())?;
+    let new = NewTorques {
+        latent: &latent,
+        torques,
+    };
+    let known = process.covariance().task().rows();
+    let options = row_search();
+    let fit = match prior {
+        Prior::KnownRows => fit_row_from_population(&[new], &known, N_NEAREST, &options)?,
+        Prior::None => fit_row(&[new], &known, Border::InSpan, N_NEAREST, &options)?,
+    };
+    let posterior = process.posterior.clone();
+    let adapted = AdaptedPosterior::from_latent(posterior, fit.row, samples.x.as_ref(), new)?;
+    Ok((adapted, start.elapsed().as_secs_f64()))
+}
+
+/// How long to search for a row.
+fn row_search() -> MinimizeOptions {
+    MinimizeOptions {
+        gradient_tolerance: 1e-3,
+        value_tolerance: 1e-6,
+        max_evaluations: 100,
+        max_recoveries: 5,
+    }
+}
+
+/// The known load of the highest density, from 0.
+fn nearest(model: &MultiTaskModel, samples: &Samples) -> Result<usize, BenchError> {
+    let models: Vec<WithTorqueNoise<'_>> = (model.learned().iter())
+        .map(|(_, process)| WithTorqueNoise {
+            posterior: &process.posterior,
+            noise_std: samples.noise_std,
+        })
+        .collect();
+    let joints: Vec<JointTorques<'_>> = (models.iter().zip(&samples.torques))
+        .map(|(model, torques)| JointTorques { model, torques })
+        .collect();
+    let evidence = context_evidence(&joints, samples.x.as_ref())?;
+    let prior = ContextPrior::uniform(model.contexts().len())?;
+    Ok(evidence.posterior(&prior)?.most_probable())
+}

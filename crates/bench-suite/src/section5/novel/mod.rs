@@ -1,0 +1,182 @@
+//! A load that no model has seen: how few samples of it are enough.
+//!
+//! # Source
+//! Section 5, novel contexts.
+
+mod learners;
+mod physics;
+mod picture;
+mod table;
+
+use faer::Mat;
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use self::learners::{Learner, Learners, Score};
+use self::physics::LoadRegression;
+use super::bench::Bench;
+use super::normal::normals;
+use super::spec::Section5Experiment;
+use super::training_set::{SPLIT_SEED, TrainingSet};
+use crate::data_figures::section::Section;
+use crate::error::BenchError;
+use crate::multi::draw::nested;
+use crate::seed::stream;
+use crate::spec::N_JOINTS;
+use crate::split::Split;
+
+/// Seed of samples and noise.
+const SEED: &str = "novel-load";
+
+/// Settings of a profile.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    n_total: usize,
+    load: usize,
+    counts: Vec<usize>,
+    draws: usize,
+    torque_noise: Vec<f64>,
+    test_stride: usize,
+}
+
+/// One number of samples of one draw with one noise.
+#[derive(Debug, Clone, Copy)]
+struct Case {
+    draw: usize,
+    noise_idx: usize,
+    count: usize,
+}
+
+/// Samples of the new load.
+pub struct Samples {
+    /// (k, 18).
+    pub x: Mat<f64>,
+    /// Torques of each joint, (6, k), N·m.
+    pub torques: Vec<Vec<f64>>,
+    /// Standard deviation of their noise, N·m.
+    pub noise_std: f64,
+}
+
+/// What is predicted.
+pub struct Test {
+    /// (p, 18).
+    pub x: Mat<f64>,
+    /// Torques of each joint, (6, p), N·m.
+    pub torques: Vec<Vec<f64>>,
+}
+
+/// Makes the tables, the picture and the findings.
+///
+/// # Errors
+/// `Experiment`, and those of the models and the picture.
+pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
+    let settings: Settings = experiment.settings(bench.profile)?;
+    let trained = bench.trained(&TrainingSet::of_table_2(settings.n_total))?;
+    let split = Split::draw(SPLIT_SEED, settings.load);
+    let test_rows: Vec<usize> = split
+        .extrap
+        .iter()
+        .copied()
+        .step_by(settings.test_stride)
+        .collect();
+    let test = Test {
+        x: bench.data.x(&test_rows),
+        torques: torques(bench, settings.load, &test_rows),
+    };
+    let physics = LoadRegression::new(test.x.as_ref());
+    let learners = Learners {
+        trained: &trained,
+        physics: &physics,
+        test: &test,
+    };
+    let cases = cases(&settings);
+    let scores: Vec<Vec<Score>> = cases
+        .par_iter()
+        .map(|case| learners.scores(&samples(*case, &settings, &split, bench), *case))
+        .collect::<Result<_, BenchError>>()?;
+    let scores: Vec<Score> = scores.into_iter().flatten().collect();
+
+    let mut section = Section::default();
+    table::report(&scores, &settings, &mut section);
+    let picture = picture::draw(&scores, &settings);
+    let caption = "nMSE of the new load against its samples, geometric mean over joints 2 to 6";
+    section.show("novel", caption, &picture)?;
+    Ok(section)
+}
+
+fn cases(settings: &Settings) -> Vec<Case> {
+    let mut cases = Vec::new();
+    for draw in 0..settings.draws {
+        for noise_idx in 0..settings.torque_noise.len() {
+            cases.extend(settings.counts.iter().map(|&count| Case {
+                draw,
+                noise_idx,
+                count,
+            }));
+        }
+    }
+    cases
+}
+
+/// The first samples of a draw; those of a smaller number are among those of a larger one.
+fn samples(case: Case, settings: &Settings, split: &Split, bench: &Bench) -> Samples {
+    let rows = nested(split, SEED, settings.load, case.draw, case.count);
+    let noise_std = settings.torque_noise[case.noise_idx];
+    let mut torques = torques(bench, settings.load, &rows);
+    for (joint_idx, torques) in torques.iter_mut().enumerate() {
+        let label = format!(
+            "noise{}/{}/joint{}",
+            case.noise_idx,
+            case.draw,
+            joint_idx + 1
+        );
+        for (torque, z) in torques.iter_mut().zip(normals(&mut stream(SEED, &label))) {
+            *torque += noise_std * z;
+        }
+    }
+    Samples {
+        x: bench.data.x(&rows),
+        torques,
+        noise_std,
+    }
+}
+
+fn torques(bench: &Bench, load: usize, rows: &[usize]) -> Vec<Vec<f64>> {
+    let of_joint = |joint| bench.data.torques(load, joint, rows);
+    (1..=N_JOINTS).map(of_joint).collect()
+}
+
+/// Scores of a learner at a number of samples and a noise, of one joint.
+fn of(
+    scores: &[Score],
+    (learner, noise_idx, count, joint): (Learner, usize, usize, usize),
+) -> impl Iterator<Item = &Score> {
+    scores.iter().filter(move |score| {
+        let place = (score.learner, score.noise_idx, score.count, score.joint);
+        place == (learner, noise_idx, count, joint)
+    })
+}
+
+impl Settings {
+    /// Geometric mean of the nMSE over draws and joints; `None` if one of them is missing.
+    fn mean(
+        &self,
+        scores: &[Score],
+        place: (Learner, usize, usize),
+        joints: impl IntoIterator<Item = usize>,
+    ) -> Option<f64> {
+        let (learner, noise_idx, count) = place;
+        let (mut sum, mut n) = (0.0, 0);
+        for joint in joints {
+            let of_joint = of(scores, (learner, noise_idx, count, joint));
+            let logs: Vec<f64> = of_joint.map(|score| score.nmse.ln()).collect();
+            if logs.len() < self.draws {
+                return None;
+            }
+            sum += logs.iter().sum::<f64>();
+            n += logs.len();
+        }
+        (n > 0).then(|| (sum / n as f64).exp())
+    }
+}

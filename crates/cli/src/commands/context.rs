@@ -1,0 +1,385 @@
+//! `torque-gp context`: which of a model's contexts measured torques come from, row after row and in total.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use faer::Mat;
+use mtgp::{
+    ContextAnswer, ContextEvidence, ContextPosterior, ContextPrior, ContextTracker,
+    ContextTransition, JointTorques, MtgpError, MultiTaskModel, WithTorqueNoise, context_evidence,
+    known_or_unknown,
+};
+use serde::Serialize;
+
+use crate::context::columns_error;
+use crate::context_prior::PriorArg;
+use crate::error::CliError;
+use crate::messages;
+use crate::model_file::LearnedModel;
+use crate::output::{self, Output};
+use crate::printed::PrintArgs;
+use crate::range_watch::RangeWatch;
+use crate::samples::{DataColumns, Samples};
+use crate::spread::{rows_of, spread};
+use crate::table::Table;
+use crate::text_table;
+
+/// Which context measured torques come from: probabilities row after row and in total
+///
+/// DATA has the columns of `torque-gp fit`, in the order of time, with a torque for every joint of the model; a column
+/// `context` is ignored.
+/// The total takes all rows to be of one context, with the covariance between them; of more than --rows rows, as many
+/// are taken, evenly spread.
+/// Row after row, what is believed after a row takes the rows before it into account, with --switching as contexts
+/// that change.
+/// "None of these" is the answer if, under every context, torques this far from the model's are less probable than
+/// --level; a model's own variance is often too small where it has no samples, and then it says so too soon.
+#[derive(clap::Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Args {
+    /// Model file of several contexts
+    #[arg(long, value_name = "FILE.tgp")]
+    model: PathBuf,
+
+    /// Measured states and torques; `-` is standard input
+    #[arg(long = "data", value_name = "FILE.csv")]
+    data: PathBuf,
+
+    /// Start of the torque columns' names
+    #[arg(long, value_name = "NAME", default_value = "tau")]
+    tau_prefix: String,
+
+    /// Weights of the contexts before the data, as c1=2,c2=1; a context that is left out has none [default: all alike]
+    #[arg(long, value_name = "WEIGHTS")]
+    prior: Option<PriorArg>,
+
+    /// Changes of context per second, row after row [default: none]
+    #[arg(long, value_name = "RATE", value_parser = not_negative)]
+    switching: Option<f64>,
+
+    /// Seconds between rows, for --switching [default: from the column `t`]
+    #[arg(long, value_name = "SECONDS", value_parser = not_negative, requires = "switching")]
+    interval: Option<f64>,
+
+    /// Rows before each one whose covariance with it counts, row after row
+    #[arg(long, value_name = "ROWS", default_value_t = 10)]
+    window: usize,
+
+    /// Standard deviation of noise of these torques beyond that of the training data, N·m
+    #[arg(long, value_name = "STD", default_value_t = 0.0, value_parser = not_negative)]
+    noise: f64,
+
+    /// Level below which torques are too improbable for a context
+    #[arg(long, value_name = "LEVEL", default_value_t = 0.05, value_parser = probability)]
+    level: f64,
+
+    /// Rows that the total takes at most
+    #[arg(long, value_name = "ROWS", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+    rows: u32,
+
+    /// Probabilities row after row, p_<context> beside the most probable one; `-` is standard output
+    #[arg(long, value_name = "FILE.csv")]
+    output: Option<PathBuf>,
+
+    #[command(flatten)]
+    print: PrintArgs,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  torque-gp context --model loads.tgp --data log.csv
+  torque-gp context --model loads.tgp --data log.csv --prior c1=3,c2=1 --json
+  torque-gp context --model loads.tgp --data log.csv --switching 0.2 --noise 0.05 --output which.csv
+
+JSON: {\"answer\": \"c3\" or null, \"n_rows\": …, \"n_in_total\": …, \"contexts\": [{\"context\": \"c1\",
+\"log_density\": …, \"probability\": …, \"p_value\": …}, …], \"rows\": [{\"context\": \"c3\",
+\"probabilities\": […]}, …]}.
+
+Exit status: 0, or 2 for bad input or usage; then there is one message and no output file.";
+
+/// What is written as JSON.
+#[derive(Serialize)]
+struct Estimate {
+    /// `None`: none of these.
+    answer: Option<String>,
+    n_rows: usize,
+    /// Rows that the total is of.
+    n_in_total: usize,
+    contexts: Vec<OfContext>,
+    rows: Vec<OfRow>,
+}
+
+#[derive(Serialize)]
+struct OfContext {
+    context: String,
+    /// log p of all torques of the total, nat.
+    log_density: f64,
+    probability: f64,
+    p_value: f64,
+}
+
+#[derive(Serialize)]
+struct OfRow {
+    /// The most probable one.
+    context: String,
+    probabilities: Vec<f64>,
+}
+
+/// Reads the data, prints the probabilities.
+///
+/// # Errors
+/// Anything wrong with the options or a file; no output is left.
+pub fn run(args: &Args) -> Result<(), CliError> {
+    if let Some(output) = &args.output {
+        output::check_not_an_input(output, &[&args.model, &args.data])?;
+    }
+    let learned = LearnedModel::load(&args.model)?;
+    let whose = args.model.display().to_string();
+    let model = learned.several(&whose)?;
+    let table = Table::open(&args.data)?;
+    let file = table.file().to_owned();
+    let columns = DataColumns::of_joints(
+        &table,
+        learned.joints(),
+        &args.tau_prefix,
+        &learned.learned(),
+    )?;
+    learned.note_order(&file, &columns.states);
+    let (samples, times) = columns.read_in_time(table)?;
+    warn(&file, &samples, &columns, model);
+
+    let prior = match &args.prior {
+        Some(prior) => prior.of(model.contexts(), &whose)?,
+        None => ContextPrior::uniform(model.contexts().len()).map_err(unusable(&file))?,
+    };
+    let interval = args
+        .switching
+        .map(|_| interval(args, &file, &times))
+        .transpose()?;
+    let total = Total::new(args, model, &samples, &prior).map_err(unusable(&file))?;
+    let rows = follow(args, model, &samples, &prior, interval).map_err(unusable(&file))?;
+    if let Some(path) = &args.output {
+        write_rows(path, model.contexts(), &rows)?;
+    }
+    let estimate = total.estimate(model.contexts(), samples.x.nrows(), rows);
+    args.print.print(&estimate, Estimate::table)
+}
+
+fn warn(file: &str, samples: &Samples, columns: &DataColumns, model: &MultiTaskModel) {
+    for doubt in &samples.doubts {
+        messages::warning(format!("{file}: {doubt}"));
+    }
+    let mut ranges = RangeWatch::new(model.ranges());
+    for row in 0..samples.x.nrows() {
+        ranges.see(&samples.x.row(row).iter().copied().collect::<Vec<f64>>());
+    }
+    let doubt = ranges.doubt(file, &columns.states.states);
+    doubt.into_iter().for_each(messages::warning);
+}
+
+fn unusable(file: &str) -> impl Fn(MtgpError) -> CliError {
+    move |error| columns_error(file, error.to_string())
+}
+
+/// Seconds between rows: what was asked for, or the mean difference of the times.
+fn interval(args: &Args, file: &str, times: &[f64]) -> Result<f64, CliError> {
+    if let Some(interval) = args.interval {
+        return Ok(interval);
+    }
+    let (Some(first), Some(last)) = (times.first(), times.last()) else {
+        let reason = "--switching: there is no column `t` with the rows' times in seconds; \
+                      say --interval SECONDS";
+        return Err(columns_error(file, reason.to_owned()));
+    };
+    if let Some(row) = times.windows(2).position(|pair| pair[1] <= pair[0]) {
+        let reason = format!("row {}, column `t`: time does not go on", row + 2);
+        return Err(columns_error(file, reason));
+    }
+    Ok((last - first) / (times.len().max(2) - 1) as f64)
+}
+
+/// Eq. (21) for some rows together.
+struct Total {
+    evidence: ContextEvidence,
+    posterior: ContextPosterior,
+    p_values: Vec<f64>,
+    answer: ContextAnswer,
+    n_rows: usize,
+}
+
+impl Total {
+    fn new(
+        args: &Args,
+        model: &MultiTaskModel,
+        samples: &Samples,
+        prior: &ContextPrior,
+    ) -> Result<Self, MtgpError> {
+        let rows = spread(samples.x.nrows(), args.rows as usize);
+        let x: Mat<f64> = rows_of(samples.x.as_ref(), &rows);
+        let models: Vec<WithTorqueNoise<'_>> = (model.learned().iter())
+            .map(|(_, process)| WithTorqueNoise {
+                posterior: &process.posterior,
+                noise_std: args.noise,
+            })
+            .collect();
+        let torques: Vec<Vec<f64>> = (samples.torques.iter())
+            .map(|joint| rows.iter().map(|&row| joint.values[row]).collect())
+            .collect();
+        let joints: Vec<JointTorques<'_>> = (models.iter().zip(&torques))
+            .map(|(model, torques)| JointTorques { model, torques })
+            .collect();
+        let evidence = context_evidence(&joints, x.as_ref())?;
+        let posterior = evidence.posterior(prior)?;
+        let p_values = evidence.p_values();
+        Ok(Self {
+            answer: known_or_unknown(&posterior, &p_values, args.level)?,
+            evidence,
+            posterior,
+            p_values,
+            n_rows: rows.len(),
+        })
+    }
+
+    fn estimate(self, contexts: &[String], n_rows: usize, rows: Vec<Vec<f64>>) -> Estimate {
+        let answer = match self.answer {
+            ContextAnswer::Known { context, .. } => Some(contexts[context].clone()),
+            ContextAnswer::Unknown { .. } => None,
+        };
+        let probabilities = self.posterior.probabilities();
+        let of_context = |(idx, context): (usize, &String)| OfContext {
+            context: context.clone(),
+            log_density: self.evidence.log_densities()[idx],
+            probability: probabilities[idx],
+            p_value: self.p_values[idx],
+        };
+        let of_row = |probabilities: Vec<f64>| OfRow {
+            context: contexts[most_probable(&probabilities)].clone(),
+            probabilities,
+        };
+        Estimate {
+            answer,
+            n_rows,
+            n_in_total: self.n_rows,
+            contexts: contexts.iter().enumerate().map(of_context).collect(),
+            rows: rows.into_iter().map(of_row).collect(),
+        }
+    }
+}
+
+/// Probabilities after each row.
+fn follow(
+    args: &Args,
+    model: &MultiTaskModel,
+    samples: &Samples,
+    prior: &ContextPrior,
+    interval: Option<f64>,
+) -> Result<Vec<Vec<f64>>, MtgpError> {
+    let m = model.contexts().len();
+    let chain = match (args.switching, interval) {
+        (Some(rate), Some(interval)) => ContextTransition::switching(m, rate, interval)?,
+        _ => ContextTransition::none(m),
+    };
+    let posteriors = model
+        .learned()
+        .iter()
+        .map(|(_, process)| &process.posterior);
+    let tracker = ContextTracker::new(posteriors, args.window, prior, chain)?;
+    let noise = vec![args.noise; model.learned().len()];
+    let mut tracker = tracker.with_torque_noise(&noise)?;
+    let mut rows = Vec::with_capacity(samples.x.nrows());
+    for row in 0..samples.x.nrows() {
+        let x: Vec<f64> = samples.x.row(row).iter().copied().collect();
+        let joints = samples.torques.iter();
+        let torques: Vec<Option<f64>> = joints.map(|joint| Some(joint.values[row])).collect();
+        let log_probabilities = tracker.step(&x, &torques)?;
+        rows.push(log_probabilities.iter().map(|log| log.exp()).collect());
+    }
+    Ok(rows)
+}
+
+fn most_probable(probabilities: &[f64]) -> usize {
+    let mut best = 0;
+    for (idx, probability) in probabilities.iter().enumerate() {
+        if *probability > probabilities[best] {
+            best = idx;
+        }
+    }
+    best
+}
+
+fn write_rows(path: &Path, contexts: &[String], rows: &[Vec<f64>]) -> Result<(), CliError> {
+    let mut output = Output::create(path)?;
+    let name = output.name().to_owned();
+    let mut text = Vec::new();
+    {
+        let mut writer = csv::Writer::from_writer(&mut text);
+        let header = contexts.iter().map(|context| format!("p_{context}"));
+        let mut write = |record: Vec<String>| writer.write_record(&record);
+        let written = write(
+            std::iter::once("most_probable".to_owned())
+                .chain(header)
+                .collect(),
+        );
+        let written = rows.iter().fold(written, |written, row| {
+            written?;
+            let numbers = row.iter().map(|probability| format!("{probability:?}"));
+            write(
+                std::iter::once(contexts[most_probable(row)].clone())
+                    .chain(numbers)
+                    .collect(),
+            )
+        });
+        let flushed = written.map_err(std::io::Error::other);
+        flushed
+            .and_then(|()| writer.flush())
+            .map_err(CliError::io("write", name.clone()))?;
+    }
+    output
+        .write_all(&text)
+        .map_err(CliError::io("write", name.clone()))?;
+    output.commit()?;
+    messages::note(format!("{} rows written to {name}", rows.len()));
+    Ok(())
+}
+
+impl Estimate {
+    fn table(&self) -> String {
+        let header = ["context", "log density", "probability", "p-value"];
+        let rows: Vec<Vec<String>> = (self.contexts.iter())
+            .map(|context| {
+                vec![
+                    context.context.clone(),
+                    format!("{:.2}", context.log_density),
+                    format!("{:.6}", context.probability),
+                    format!("{:.4}", context.p_value),
+                ]
+            })
+            .collect();
+        let mut text = text_table::render(&header, &rows);
+        let answer = self.answer.as_deref().unwrap_or("none of these");
+        let rows = match (self.n_in_total, self.n_rows) {
+            (some, all) if some < all => format!("{some} of {all} rows"),
+            (_, all) => format!("{all} rows"),
+        };
+        text = format!("{text}\nin total ({rows}): {answer}\n");
+        if let Some(last) = self.rows.last() {
+            let context = &last.context;
+            text = format!("{text}after the last row: {context}\n");
+        }
+        text
+    }
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number >= 0.0 && number.is_finite() => Ok(number),
+        _ => Err("not a number from 0".to_owned()),
+    }
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if (0.0..=1.0).contains(&number) => Ok(number),
+        _ => Err("not a number from 0 to 1".to_owned()),
+    }
+}
