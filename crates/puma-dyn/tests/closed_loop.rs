@@ -1,5 +1,4 @@
 //! The whole loop: tracking with the exact model, steps that converge, and what feed-forward is worth.
-#![expect(clippy::unwrap_used, reason = "in a test a surprise is a failure")]
 
 use allocation_counter::measure;
 use puma_dyn::{

@@ -1,5 +1,4 @@
 //! The motion of arms: periods, energy, and the torques that inverse dynamics finds in it.
-#![expect(clippy::unwrap_used, reason = "in a test a surprise is a failure")]
 
 use std::f64::consts::PI;
 

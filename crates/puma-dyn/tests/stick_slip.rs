@@ -1,5 +1,4 @@
 //! Coulomb friction against closed forms: a block that slides, stops, is held, turns back and hits a wall.
-#![expect(clippy::unwrap_used, reason = "in a test a surprise is a failure")]
 
 use puma_dyn::{
     ArmSimulator, CompliantWall, Context, Drive, DynError, Effects, Friction, Inertial,

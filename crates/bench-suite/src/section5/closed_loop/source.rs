@@ -2,7 +2,9 @@
 
 use faer::{Mat, MatRef};
 use gp_core::optimize::MinimizeOptions;
-use mtgp::{AdaptedPosterior, LatentFunctions, NewTorques, TaskProcess, fit_row_from_population};
+use mtgp::{
+    AdaptedPosterior, Border, LatentFunctions, NewTorques, TaskProcess, fit_row_from_population,
+};
 use puma_dyn::{
     FeedForward, GravityFeedForward, JointState, ModelFeedForward, NoFeedForward, Tick,
 };
@@ -268,7 +270,7 @@ fn adapt(
         max_evaluations: 100,
         max_recoveries: 5,
     };
-    let fit = fit_row_from_population(&[new], &known, 1, &options)?;
+    let fit = fit_row_from_population(&[new], &known, Border::InSpan, 1, &options)?;
     let posterior = process.posterior.clone();
     Ok(AdaptedPosterior::from_latent(posterior, fit.row, x, new)?)
 }
