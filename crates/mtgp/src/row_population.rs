@@ -120,7 +120,6 @@ impl RowPopulation {
 }
 
 #[cfg(test)]
-#[allow(clippy::float_cmp, reason = "sums of halves and thirds that are exact")]
 mod tests {
     use super::*;
 
