@@ -186,9 +186,6 @@ pub fn fit_row(
 /// so that a few torques move λ only as far as they must; s has no prior. `log_density` of the
 /// result is that of the torques alone.
 ///
-/// With variance of its own the new context may differ from every mixture of the latent functions.
-/// That keeps λ honest: what the mixture cannot say of many torques on one trajectory is then no
-/// reason to bend λ, which serves everywhere.
 /// # Errors
 /// As for [`fit_row`] and [`RowPopulation::of`].
 /// # Source

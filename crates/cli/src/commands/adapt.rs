@@ -53,8 +53,9 @@ pub struct Args {
     #[arg(long, value_name = "NAME", default_value = "tau")]
     tau_prefix: String,
 
-    /// Rows that are learned from at most, evenly spread
-    #[arg(long, value_name = "ROWS", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+    /// Rows that are learned from at most, evenly spread; more of them on few trajectories bend the row to what the
+    /// model gets wrong there
+    #[arg(long, value_name = "ROWS", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     rows: u32,
 
     /// Model file with the new context
@@ -168,10 +169,8 @@ fn adapt(
             torques: &torques,
         };
         let known = process.covariance().task().rows();
-        // What no mixture can say must not bend the row; the model keeps the mixture.
-        let border = Border::WithOwnVariance;
-        let fit = fit_row_from_population(&[new], &known, border, N_NEAREST, &search())?;
-        Ok(TaskRow::in_span(fit.row.entries))
+        let fit = fit_row_from_population(&[new], &known, Border::InSpan, N_NEAREST, &search())?;
+        Ok(fit.row)
     };
     let mut rows = Vec::new();
     for ((joint_idx, process), joint) in model.learned().iter().zip(&samples.torques) {

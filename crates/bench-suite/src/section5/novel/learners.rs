@@ -24,13 +24,13 @@ const N_NEAREST: usize = 1;
 /// A way to learn the new load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Learner {
-    /// The row and a function of its own with the known rows as a prior, and the new torques conditioned on.
+    /// The row with the known rows as a prior, and the new torques conditioned on.
     Mgp,
-    /// The same row without the function; the posterior of the old data alone.
+    /// The same row; the posterior of the old data alone.
     RowOnly,
-    /// The row with the known rows as a prior, nothing of its own, and the new torques conditioned on.
-    InSpan,
-    /// The row of maximum likelihood, nothing of its own, and the new torques conditioned on.
+    /// As the first, with a function that no mixture of the known loads' has.
+    OwnFunction,
+    /// As the first, with the row of maximum likelihood.
     NoPrior,
     /// GPc of the new samples alone.
     Alone,
@@ -47,7 +47,7 @@ impl Learner {
     pub const ALL: [Self; 8] = [
         Self::Mgp,
         Self::RowOnly,
-        Self::InSpan,
+        Self::OwnFunction,
         Self::NoPrior,
         Self::Alone,
         Self::Pooled,
@@ -60,8 +60,8 @@ impl Learner {
         match self {
             Self::Mgp => "mGP",
             Self::RowOnly => "mGP, row only",
-            Self::InSpan => "mGP, in span",
-            Self::NoPrior => "mGP, in span, no prior",
+            Self::OwnFunction => "mGP, own function",
+            Self::NoPrior => "mGP, no prior",
             Self::Alone => "GPc",
             Self::Pooled => "pGP",
             Self::Nearest => "nearest",
@@ -138,17 +138,16 @@ impl Learners<'_> {
     ) -> Result<[(Learner, Vec<f64>, f64); 4], BenchError> {
         let process = &self.trained.mgp.learned()[joint_idx].1;
         let torques = &samples.torques[joint_idx];
-        let (adapted, seconds) = adapt(process, samples, torques, Way::OwnFunction)?;
-        let (in_span, _) = adapt(process, samples, torques, Way::InSpan)?;
+        let (adapted, seconds) = adapt(process, samples, torques, Way::InSpan)?;
+        let (own, _) = adapt(process, samples, torques, Way::OwnFunction)?;
         let (free, _) = adapt(process, samples, torques, Way::NoPrior)?;
         let new = adapted.new_context();
         let x = self.test.x.as_ref();
-        let row = TaskRow::in_span(adapted.new_row().entries.clone());
-        let row_only = self.row_only(joint_idx, &row)?;
+        let row_only = self.row_only(joint_idx, adapted.new_row())?;
         Ok([
             (Learner::Mgp, adapted.predict_mean(x, new)?, seconds),
             (Learner::RowOnly, row_only, 0.0),
-            (Learner::InSpan, in_span.predict_mean(x, new)?, 0.0),
+            (Learner::OwnFunction, own.predict_mean(x, new)?, 0.0),
             (Learner::NoPrior, free.predict_mean(x, new)?, 0.0),
         ])
     }

@@ -17,7 +17,7 @@ fn style(learner: Learner) -> (&'static str, Option<&'static str>) {
     match learner {
         Learner::Mgp => ("#0072b2", None),
         Learner::RowOnly => ("#0072b2", Some("6 4")),
-        Learner::InSpan => ("#56b4e9", None),
+        Learner::OwnFunction => ("#56b4e9", None),
         Learner::NoPrior => ("#56b4e9", Some("2 3")),
         Learner::Alone => ("#d55e00", None),
         Learner::Pooled => ("#009e73", None),
