@@ -91,9 +91,9 @@ fn stage_summary(stage: &StageReport) -> impl Iterator<Item = StartSummary> {
 pub(crate) fn start_name(kind: StartKind) -> &'static str {
     match kind {
         StartKind::Chapter => "eq22",
-        StartKind::DoubleLengthScales => "lengths-x2",
         StartKind::TypicalPairs => "lengths-x-sqrt-3l",
         StartKind::TypicalPairsLowNoise => "lengths-x-sqrt-3l-low-noise",
+        StartKind::SlowInRates => "slow-in-rates",
         StartKind::Given => "given",
         _ => "other",
     }

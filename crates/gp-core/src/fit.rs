@@ -3,12 +3,12 @@
 use faer::MatRef;
 use kernels::{TorqueCovariance, TorqueForm};
 
+use crate::candidate::Candidate;
 use crate::data::{joints_of, require_training_data};
 use crate::error::GpError;
 use crate::evidence::LikelihoodOptions;
 use crate::fit_posterior::FitPosterior;
 use crate::fit_report::{FitReport, StageReport, StartReport};
-use crate::heirs::{Candidate, heirs};
 use crate::init::{StartKind, StartPoint, chapter_start, varied_start};
 use crate::log_marginal::LogMarginal;
 use crate::nested::{spread_rows, stage_sizes, subset};
@@ -32,19 +32,19 @@ impl Starts {
             Self::Chapter => &[StartKind::Chapter],
             Self::Several => &[
                 StartKind::Chapter,
-                StartKind::DoubleLengthScales,
                 StartKind::TypicalPairs,
                 StartKind::TypicalPairsLowNoise,
+                StartKind::SlowInRates,
             ],
         }
     }
 }
 
 /// Floating-point operations that each stage of a nested search may take.
-const STAGE_FLOPS: f64 = 6e10;
+const STAGE_FLOPS: f64 = 4e10;
 
 /// Dense likelihoods that each stage may compute, however many samples there are.
-const MIN_WORK: f64 = 3.0;
+const MIN_WORK: f64 = 2.0;
 
 /// Factor of the value tolerance on subsets of the samples.
 const LOOSER: f64 = 10.0;
@@ -187,7 +187,7 @@ pub fn fit_from(
 
     let first: Vec<Candidate> = starts.iter().map(Candidate::of).collect();
     let mut stages = Vec::new();
-    let candidates = before_the_last(x, targets, &first, options, &mut stages)?;
+    let candidates = before_the_last(x, targets, &first, options, &mut stages);
     let ends = climb(x, targets, &candidates, &first, options);
     stages.push(stage_report(targets.len(), &ends));
     let winner = highest(&ends).ok_or(GpError::NoUsableStart {
@@ -224,17 +224,12 @@ fn before_the_last(
     first: &[Candidate],
     options: &FitOptions,
     stages: &mut Vec<StageReport>,
-) -> Result<Vec<Candidate>, GpError> {
+) -> Vec<Candidate> {
     let mut candidates = first.to_vec();
     if options.scheme == SearchScheme::Whole || first.is_empty() {
-        return Ok(candidates);
+        return candidates;
     }
     let n_samples = targets.len();
-    let form = match first[0].covariance.named_params().coulomb_std {
-        Some(_) => TorqueForm::Coulomb,
-        None => TorqueForm::Smooth,
-    };
-    let scale = chapter_start(x, targets, form)?.covariance;
     let loose = FitOptions {
         value_tolerance: LOOSER * options.value_tolerance,
         ..options.clone()
@@ -246,16 +241,16 @@ fn before_the_last(
         let (some_x, some_targets) = subset(x, targets, &spread_rows(n_samples, n));
         let ends = climb(some_x.as_ref(), &some_targets, &candidates, first, &loose);
         stages.push(stage_report(n, &ends));
-        candidates = heirs(highest(&ends).map(|best| &ends[best]), &scale)?;
+        let best = highest(&ends).map(|best| Candidate::heir(&ends[best]));
+        candidates = best.into_iter().collect();
         if Some(next) == all_starts_at {
-            candidates.truncate(1);
             candidates.extend_from_slice(first);
         } else if next == n_samples {
             // The later ones have longer length scales, so a lower rank and less work.
             candidates.extend(first.iter().rev().cloned());
         }
     }
-    Ok(candidates)
+    candidates
 }
 
 /// The searches of one stage; from the first starts if no candidate has a likelihood on these samples.
@@ -334,7 +329,7 @@ fn refine_best(
 /// Work that the searches of one stage may take together, in likelihoods by the dense path.
 ///
 /// ```text
-/// max(3, 6·10¹⁰/n³)
+/// max(2, 4·10¹⁰/n³)
 /// ```
 /// Low-rank likelihoods are so small a part of a dense one that it does not limit them.
 fn stage_work(n_samples: usize) -> f64 {

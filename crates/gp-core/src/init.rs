@@ -30,13 +30,15 @@ pub struct StartPoint {
 pub enum StartKind {
     /// Eq. (22) as it stands.
     Chapter,
-    /// Eq. (22) with length scales times two.
-    DoubleLengthScales,
     /// Eq. (22) with length scales times √(3ℓ), so that typical pairs are
     /// one length scale apart in all covariates together.
     TypicalPairs,
     /// As [`StartKind::TypicalPairs`], with σ² = 10⁻⁴ t̄².
     TypicalPairsLowNoise,
+    /// As [`StartKind::TypicalPairsLowNoise`], with length scales of velocities ten and of
+    /// accelerations thirty times as long: by eq. (1) the torque is of second degree in the
+    /// ones and of first in the others.
+    SlowInRates,
     /// Given by the caller.
     Given,
 }
@@ -45,9 +47,9 @@ impl fmt::Display for StartKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Chapter => "eq. (22)",
-            Self::DoubleLengthScales => "length scales × 2",
             Self::TypicalPairs => "length scales × √(3ℓ)",
             Self::TypicalPairsLowNoise => "length scales × √(3ℓ), low noise",
+            Self::SlowInRates => "length scales × √(3ℓ)(1, 10, 30), low noise",
             Self::Given => "given",
         })
     }
@@ -115,16 +117,20 @@ pub fn chapter_start(
 /// # Errors
 /// [`GpError::Kernel`] if scaling takes a hyperparameter out of double precision.
 pub fn varied_start(chapter: &StartPoint, kind: StartKind) -> Result<StartPoint, GpError> {
-    let n_covariates = 3.0 * chapter.covariance.n_joints() as f64;
-    let (stretch, noise_var_factor): (f64, f64) = match kind {
-        StartKind::Chapter | StartKind::Given => (1.0, 1.0),
-        StartKind::DoubleLengthScales => (2.0, 1.0),
-        StartKind::TypicalPairs => (n_covariates.sqrt(), 1.0),
-        StartKind::TypicalPairsLowNoise => (n_covariates.sqrt(), 0.01),
+    let n_joints = chapter.covariance.n_joints();
+    let typical = (3.0 * n_joints as f64).sqrt();
+    let (stretch, noise_var_factor): ([f64; 3], f64) = match kind {
+        StartKind::Chapter | StartKind::Given => ([1.0; 3], 1.0),
+        StartKind::TypicalPairs => ([typical; 3], 1.0),
+        StartKind::TypicalPairsLowNoise => ([typical; 3], 0.01),
+        StartKind::SlowInRates => ([typical, 10.0 * typical, 30.0 * typical], 0.01),
     };
     let mut params = chapter.covariance.named_params();
-    for length_scale in &mut params.length_scales {
-        *length_scale *= stretch;
+    let blocks = params.length_scales.chunks_mut(n_joints);
+    for (of_block, stretch) in blocks.zip(stretch) {
+        for length_scale in of_block {
+            *length_scale *= stretch;
+        }
     }
     let noise_bound = Transform::SquareAbove {
         floor: NOISE_VAR_FLOOR,

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod bayes_linear;
+mod candidate;
 mod cholesky;
 mod covariance_fit;
 mod data;
@@ -11,7 +12,6 @@ mod fisher;
 mod fit;
 mod fit_posterior;
 mod fit_report;
-mod heirs;
 mod init;
 mod joint_covariance;
 mod log_marginal;

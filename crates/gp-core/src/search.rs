@@ -5,12 +5,12 @@ use std::cell::Cell;
 use faer::{Mat, MatRef};
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance};
 
+use crate::candidate::Candidate;
 use crate::error::GpError;
 use crate::evidence::{Evaluation, MethodUsed};
 use crate::fisher::fisher_information;
 use crate::fit::FitOptions;
 use crate::fit_report::StartReport;
-use crate::heirs::Candidate;
 use crate::init::StartKind;
 use crate::log_marginal::LogMarginal;
 use crate::opening::Opening;

@@ -26,13 +26,21 @@ fn starting_values_of_a_small_data_set() {
 fn variations_stretch_the_length_scales() {
     let x = mat![[1.0, 2.0, 0.0], [3.0, 2.0, -4.0]];
     let chapter = chapter_start(x.as_ref(), &[2.0, 6.0], TorqueForm::Smooth).unwrap();
-    let stretch = |kind| {
+    let stretched = |kind| {
         let start = varied_start(&chapter, kind).unwrap();
-        start.covariance.named_params().length_scales[2] / 2.0
+        start.covariance.named_params().length_scales
     };
-    assert_eq!(stretch(StartKind::Chapter), 1.0);
-    assert_eq!(stretch(StartKind::DoubleLengthScales), 2.0);
-    assert_eq!(stretch(StartKind::TypicalPairs), 3.0_f64.sqrt());
+    let typical = 3.0_f64.sqrt();
+    assert_eq!(stretched(StartKind::Chapter), [1.0, 1.0, 2.0]);
+    assert_eq!(
+        stretched(StartKind::TypicalPairs),
+        [typical, typical, 2.0 * typical]
+    );
+    // Position, velocity and acceleration of the one joint.
+    assert_eq!(
+        stretched(StartKind::SlowInRates),
+        [typical, 10.0 * typical, 2.0 * (30.0 * typical)]
+    );
 }
 
 #[test]

@@ -133,7 +133,7 @@ mod tests {
     fn every_kind_of_help_is_counted_once_a_fit() {
         let fits = [
             fit("eq22", "gradient-small", 0, ""),
-            fit("lengths-x2", "work-limit", 2, "\"noise_std\""),
+            fit("slow-in-rates", "work-limit", 2, "\"noise_std\""),
             fit(
                 "eq22",
                 "evaluation-limit",
