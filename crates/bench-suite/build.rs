@@ -20,10 +20,11 @@ const MEASURED_BY: [&str; 9] = [
 ];
 
 /// What the units of the many-contexts experiments come from beside these.
-const MANY_MEASURED_BY: [&str; 3] = [
+const MANY_MEASURED_BY: [&str; 4] = [
     "crates/mtgp/src",
     "crates/bench-suite/src/multi/draw.rs",
     "crates/bench-suite/src/multi/measure.rs",
+    "crates/bench-suite/src/multi/shared.rs",
 ];
 
 /// What the models of section 5 come from beside all of these.

@@ -8,7 +8,7 @@
 //!
 //! Source: sec. 5, first extension.
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use gp_core::optimize::{MinimizeOptions, Objective, Rounds, StopReason, minimize_in_metric};
 use gp_core::{FitPosterior, GpError, LogMarginal, add_prior_information, information};
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
@@ -63,6 +63,14 @@ impl SharedFit {
     /// Σ_i log L_i, natural log.
     pub fn log_marginal(&self) -> f64 {
         self.log_marginals.iter().sum()
+    }
+
+    /// Λ, (m, r).
+    pub fn lambda(&self) -> MatRef<'_, f64> {
+        match self.joints[0].covariance().task() {
+            TaskCovariance::Factor(factor) => factor.lambda(),
+            _ => unreachable!("the joints share a factor"),
+        }
     }
 
     /// K^ρ, (m, m).
