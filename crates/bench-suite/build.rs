@@ -20,10 +20,11 @@ const MEASURED_BY: [&str; 9] = [
 ];
 
 /// What the units of the many-contexts experiments come from beside these.
-const MANY_MEASURED_BY: [&str; 3] = [
+const MANY_MEASURED_BY: [&str; 4] = [
     "crates/mtgp/src",
     "crates/bench-suite/src/multi/draw.rs",
     "crates/bench-suite/src/multi/measure.rs",
+    "crates/bench-suite/src/multi/shared.rs",
 ];
 
 /// What the models of section 5 come from beside all of these.
@@ -31,6 +32,9 @@ const TRAINED_BY: [&str; 2] = [
     "crates/bench-suite/src/section5/trained.rs",
     "crates/bench-suite/src/section5/training_set.rs",
 ];
+
+/// What the learning curves of transfer come from beside all of these.
+const TRANSFER_MEASURED_BY: [&str; 1] = ["crates/bench-suite/src/section5/transfer/measure.rs"];
 
 fn main() -> std::io::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -41,6 +45,11 @@ fn main() -> std::io::Result<()> {
     println!("cargo:rustc-env=MANY_MEASURED_BY={:016x}", hasher.finish());
     add(&mut hasher, &root, &TRAINED_BY)?;
     println!("cargo:rustc-env=TRAINED_BY={:016x}", hasher.finish());
+    add(&mut hasher, &root, &TRANSFER_MEASURED_BY)?;
+    println!(
+        "cargo:rustc-env=TRANSFER_MEASURED_BY={:016x}",
+        hasher.finish()
+    );
     println!("cargo:rerun-if-changed=build.rs");
     Ok(())
 }

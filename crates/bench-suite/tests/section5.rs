@@ -125,3 +125,51 @@ fn every_experiment_is_made_and_says_what_was_asked_for() {
     // Ten torques of six joints give ten parameters; nothing learned from 28 samples comes near.
     assert!(of("physics", 4) < 1e-9 && of("physics", 4) < of("mGP", 4));
 }
+
+#[test]
+fn curves_of_transfer_meet_where_they_are_of_the_same_samples_and_are_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    let bench = Bench::new(Profile::Smoke, dir.path(), Reuse::Fits).unwrap();
+    let transfer = smallest(
+        "transfer",
+        include_str!("../experiments/transfer.toml"),
+        &[
+            ("joints = [1, 3, 6]", "joints = [6]"),
+            ("others = [0, 1, 4, 13]", "others = [0, 13]"),
+            ("n_each = 10 ", "n_each = 4 "),
+            ("samples = [2, 10, 50]", "samples = [4, 6]"),
+            ("n_each_other = 10", "n_each_other = 4"),
+            ("test_stride = 20", "test_stride = 500"),
+        ],
+    );
+    let section = make(&transfer, &bench).unwrap();
+    let table = section.table.clone().unwrap();
+    assert_eq!((table.rows.len(), table.header.len()), (4, 8));
+    assert_eq!(section.findings.len(), 5);
+    let text = section
+        .files
+        .iter()
+        .find(|(name, _)| name == "transfer.csv");
+    let text = String::from_utf8(text.unwrap().1.clone()).unwrap();
+    let of = |axis: &str, count: &str, model: &str| -> f64 {
+        let row = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let mut row = row.filter(|row| row[0] == axis && row[1] == count && row[4] == model);
+        let row = row.next().expect("a row");
+        row.last().expect("a column").parse().expect("a number")
+    };
+    let bits = |axis, count, model| of(axis, count, model).to_bits();
+    // Alone, all models are one; sGP never sees the others.
+    for model in ["iGP", "pGP", "mGP"] {
+        assert_eq!(bits("others", "0", model), bits("others", "0", "sGP"));
+    }
+    assert_eq!(bits("others", "13", "sGP"), bits("others", "0", "sGP"));
+    // 13 other loads and four samples of the target's own are a place on both curves.
+    for model in ["sGP", "iGP", "pGP", "mGP"] {
+        assert_eq!(bits("others", "13", model), bits("samples", "4", model));
+    }
+    assert_ne!(bits("samples", "6", "mGP"), bits("samples", "4", "mGP"));
+
+    let kept = std::fs::read_dir(dir.path().join("transfer")).unwrap();
+    assert_eq!(kept.count(), 2);
+    assert_eq!(make(&transfer, &bench).unwrap(), section);
+}

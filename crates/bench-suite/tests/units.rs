@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use bench_suite::multi::run::run;
+use bench_suite::multi::run::{run, run_shared};
+use bench_suite::multi::shared::{SharedRecord, SharedScope, SharedUnit};
 use bench_suite::multi::unit::{Unit, UnitRecord};
 use bench_suite::run::Reuse;
 use bench_suite::store::Store;
@@ -86,4 +87,66 @@ fn a_record_has_a_score_of_every_context_and_the_likelihood_grows_with_the_rank(
     );
     let factor = &record.of("mGP-2".parse().unwrap()).unwrap().task_factor;
     assert_eq!((factor.len(), factor[0].len()), (3, 2));
+}
+
+/// Two joints with one K^ρ, after their own fits.
+fn shared_with(n_threads: usize) -> (tempfile::TempDir, Vec<UnitRecord>, Vec<SharedRecord>) {
+    let dir = tempfile::tempdir().unwrap();
+    let store = Store::open(dir.path()).unwrap();
+    let own = run(&units(), &store, Reuse::Fits, n_threads)
+        .unwrap()
+        .records;
+    let scope = SharedScope {
+        up_to: 18,
+        ranks: vec![1, 2],
+    };
+    let shared: BTreeSet<SharedUnit> = SharedUnit::all(&own, &[1, 3], &scope).into_iter().collect();
+    assert_eq!(shared.len(), 1);
+    let outcome = run_shared(&shared, &own, &store, Reuse::Fits, n_threads).unwrap();
+    assert!(outcome.failures.is_empty(), "{:?}", outcome.failures);
+    let again = run_shared(&shared, &own, &store, Reuse::Results, n_threads).unwrap();
+    assert_eq!((again.n_reused, &again.records), (1, &outcome.records));
+    (dir, own, outcome.records)
+}
+
+#[test]
+fn one_matrix_for_all_joints_climbs_from_their_own_fits_and_pays_for_its_entries_once() {
+    let (_dir, own, records) = shared_with(1);
+    let fits = &records[0].fits;
+    assert_eq!(fits.len(), 2);
+    for (fit, entries) in fits.iter().zip([3, 5]) {
+        let log_marginal: f64 = fit.log_marginals.iter().sum();
+        assert!(log_marginal > fit.initial_log_marginal, "{fit:?}");
+        // 44 hyperparameters and σ of each joint, Λ once; 36 torques.
+        let expected = -2.0 * log_marginal + f64::from(2 * 45 + entries) * 36.0_f64.ln();
+        assert!((fit.bic / expected - 1.0).abs() < 1e-12, "{}", fit.bic);
+        assert_eq!((fit.scores.len(), fit.scores[0].len()), (2, 3));
+        assert_eq!(
+            (fit.task_factor.len(), fit.task_factor[0].len()),
+            (3, fit.rank)
+        );
+    }
+    let least = fits.iter().map(|fit| fit.bic).fold(f64::INFINITY, f64::min);
+    let chosen = records[0].chosen().unwrap();
+    assert_eq!(chosen.bic.to_bits(), least.to_bits());
+    // The joints are predicted by processes of their own.
+    assert_ne!(fits[1].scores[0], fits[1].scores[1]);
+    let name = "mGP-2".parse().unwrap();
+    let apart: f64 = (own.iter())
+        .map(|record| record.of(name).unwrap().log_marginal_likelihood)
+        .sum();
+    // A common K^ρ is a special case: above the sum of the joints' own optima only by what their searches left.
+    let together: f64 = fits[1].log_marginals.iter().sum();
+    assert!(together < apart + 1.0, "{together} {apart}");
+
+    let (_dir, _, mut with_two) = shared_with(2);
+    let mut with_one = records;
+    for fit in with_one
+        .iter_mut()
+        .chain(&mut with_two)
+        .flat_map(|r| &mut r.fits)
+    {
+        fit.seconds_fit = 0.0;
+    }
+    assert_eq!(with_one, with_two);
 }

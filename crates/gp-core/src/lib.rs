@@ -56,4 +56,6 @@ pub use rigid_body_fit::{
     InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess, RigidBodyCovariance,
     fit_informed, fit_rigid_body, fit_rigid_body_and_process,
 };
-pub use search::{Likelihood, SearchEnd, refine, search, search_near};
+pub use search::{
+    Likelihood, SearchEnd, add_prior_information, information, refine, search, search_near,
+};

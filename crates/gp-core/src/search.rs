@@ -379,19 +379,52 @@ fn go_on<C: Covariance + Clone>(
     end.add(&minimum, n_new, work.get());
 }
 
-/// The Fisher information where a search is, with a little for what the data do not tell.
+/// The metric where a search is.
 fn fisher_metric<C: Covariance + Clone>(
     evidence: &impl Likelihood<C>,
     end: &SearchEnd<C>,
 ) -> Option<Metric> {
-    let layout = search_layout(&end.covariance);
-    let bounds = Reparametrised::new(&layout, |_: &[f64], _: &mut [f64]| 0.0);
     let z = match end.known.as_ref() {
         Some(known) => known.z.clone(),
-        None => bounds.unconstrained(&with_noise(&end.covariance, end.noise_std)),
+        None => Reparametrised::new(
+            &search_layout(&end.covariance),
+            |_: &[f64], _: &mut [f64]| 0.0,
+        )
+        .unconstrained(&with_noise(&end.covariance, end.noise_std)),
     };
-    let mut trial = end.covariance.clone();
-    let covariance = |x: MatRef<'_, f64>, z: &[f64]| {
+    let mut information = information(&evidence.parts(), &end.covariance, &z)?;
+    add_prior_information(&mut information);
+    Metric::new(information.as_ref())
+}
+
+/// F + I of [`refine`]: a little for what the data do not tell.
+///
+/// # Panics
+/// If it is not square.
+pub fn add_prior_information(information: &mut Mat<f64>) {
+    for idx in 0..information.ncols() {
+        information[(idx, idx)] += PRIOR_INFORMATION;
+    }
+}
+
+/// The Fisher information F of [`refine`] at a point, in its coordinates.
+///
+/// The point is (θ, σ) with the transforms of the covariance's layout and of
+/// [`Jitter`]'s, which are the logarithms away from the bounds.
+/// Comes from at most 256 of the samples; `None` where the covariance matrix is not positive definite.
+/// # Shapes
+/// `parts` the inputs (n_p, d) of independent parts of the data; `z` (p + 1,) for a covariance of p
+/// hyperparameters, whose own values are not used; the result (p + 1, p + 1).
+/// # Source
+/// Mardia & Marshall 1984, sec. 2.
+pub fn information<C: Covariance + Clone>(
+    parts: &[MatRef<'_, f64>],
+    covariance: &C,
+    z: &[f64],
+) -> Option<Mat<f64>> {
+    let bounds = Reparametrised::new(&search_layout(covariance), |_: &[f64], _: &mut [f64]| 0.0);
+    let mut trial = covariance.clone();
+    let noisy = |x: MatRef<'_, f64>, z: &[f64]| {
         let theta = bounds.natural(z);
         let (of_covariance, noise_std) = split_noise(&theta);
         trial.set_params(of_covariance);
@@ -402,11 +435,7 @@ fn fisher_metric<C: Covariance + Clone>(
         }
         c
     };
-    let mut information = fisher_information(&evidence.parts(), &z, covariance)?;
-    for idx in 0..z.len() {
-        information[(idx, idx)] += PRIOR_INFORMATION;
-    }
-    Metric::new(information.as_ref())
+    fisher_information(parts, z, noisy)
 }
 
 /// The values nearest to θ and σ from which a search can set out: inside their bounds.

@@ -10,6 +10,7 @@ use crate::latent_functions::require_inputs;
 use crate::layout::split;
 use crate::model::TaskProcess;
 use crate::prior::MultiTaskCovariance;
+use crate::shared_factor::SharedFit;
 use crate::structured_prediction::require_finite_inputs;
 use crate::task_fit::TaskFit;
 
@@ -33,6 +34,27 @@ impl TaskFit {
         self.rows_of(0, x.subrows(0, 0))?;
         require_finite_inputs(x)?;
         Ok(means_of_all_tasks(&self.posterior, x))
+    }
+}
+
+impl SharedFit {
+    /// Posterior means of every task for one joint, from 0, at the rows of `x`, as for [`TaskFit`].
+    ///
+    /// # Shapes
+    /// `x` (k, 3ℓ); the result (k, m).
+    /// # Errors
+    /// As for [`TaskFit::predict`].
+    /// # Panics
+    /// If there is no such joint.
+    pub fn predict_mean_of_all_tasks(
+        &self,
+        joint_idx: usize,
+        x: MatRef<'_, f64>,
+    ) -> Result<Mat<f64>, MtgpError> {
+        let posterior = &self.joints[joint_idx];
+        let n_covariates = posterior.covariance().input().linear().linear_std().len();
+        require_inputs(x, n_covariates)?;
+        Ok(means_of_all_tasks(posterior, x))
     }
 }
 

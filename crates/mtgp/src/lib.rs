@@ -67,7 +67,7 @@ pub use prior::MultiTaskCovariance;
 pub use rank_part::{RankPart, rank_part};
 pub use repeated_inputs::{FactorGradient, RepeatedInputs, SharedObservations};
 pub use row_population::RowPopulation;
-pub use shared_factor::{SharedFit, fit_shared};
+pub use shared_factor::{JointStart, SharedFit, fit_shared};
 pub use staged::{StageOne, fit_rank, fit_rank_from};
 pub use task_cov::{TaskCovariance, TaskFactor};
 pub use task_fit::{MultiTaskOptions, Origin, TaskFit, TaskFitReport, TaskStart};

@@ -8,9 +8,9 @@
 //!
 //! Source: sec. 5, first extension.
 
-use faer::Mat;
-use gp_core::optimize::{MinimizeOptions, Objective, StopReason, minimize};
-use gp_core::{FitPosterior, GpError, LogMarginal};
+use faer::{Mat, MatRef};
+use gp_core::optimize::{MinimizeOptions, Objective, Rounds, StopReason, minimize_in_metric};
+use gp_core::{FitPosterior, GpError, LogMarginal, add_prior_information, information};
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
 
 use crate::error::MtgpError;
@@ -19,6 +19,30 @@ use crate::prior::MultiTaskCovariance;
 use crate::rank_part::rank_part;
 use crate::task_cov::{TaskCovariance, TaskFactor};
 use crate::task_fit::{MultiTaskOptions, TaskFit};
+
+/// Evaluations of the sum after which the metric of the search is renewed, and the nats that a round must gain.
+const ROUNDS: Rounds = Rounds {
+    evaluations: 150,
+    worth: 0.01,
+};
+
+/// What one joint brings to the search, such as the end of a fit of its own.
+#[derive(Debug, Clone)]
+pub struct JointStart {
+    /// c_i^x and K_i^ρ.
+    pub covariance: MultiTaskCovariance,
+    /// σ_i, in target units.
+    pub noise_std: f64,
+}
+
+impl From<&TaskFit> for JointStart {
+    fn from(fit: &TaskFit) -> Self {
+        Self {
+            covariance: fit.covariance().clone(),
+            noise_std: fit.noise_std(),
+        }
+    }
+}
 
 /// All joints of a robot, learned with one K^ρ.
 #[derive(Debug, Clone)]
@@ -41,6 +65,14 @@ impl SharedFit {
         self.log_marginals.iter().sum()
     }
 
+    /// Λ, (m, r).
+    pub fn lambda(&self) -> MatRef<'_, f64> {
+        match self.joints[0].covariance().task() {
+            TaskCovariance::Factor(factor) => factor.lambda(),
+            _ => unreachable!("the joints share a factor"),
+        }
+    }
+
     /// K^ρ, (m, m).
     pub fn k_task(&self) -> Mat<f64> {
         self.joints[0].covariance().task().k_task()
@@ -51,9 +83,12 @@ impl SharedFit {
 ///
 /// The start is the rank-r part of the average of their K^ρ, each divided by its mean diagonal,
 /// which goes into θ_i^x: (a² K^ρ, c^x/a²) is one model.
+/// From there the search takes its steps in the metric of the Fisher information, as
+/// [`gp_core::refine`] does; the information of the joints adds up, as they are independent
+/// given the hyperparameters.
 /// Sequential and deterministic.
 /// # Shapes
-/// `targets` of every joint (n,), in the order of the rows of `data`; `starts` one fit per joint.
+/// `targets` of every joint (n,), in the order of the rows of `data`; `starts` one per joint.
 /// # Errors
 /// [`MtgpError::NoJoints`]; [`MtgpError::CountMismatch`] unless there is one start per joint, and as
 /// many targets as rows; [`MtgpError::BadRank`]; [`MtgpError::Gp`] if the start has no likelihood.
@@ -63,33 +98,36 @@ pub fn fit_shared(
     data: &Stacked,
     targets: &[Vec<f64>],
     rank: usize,
-    starts: &[&TaskFit],
+    starts: &[JointStart],
     options: &MultiTaskOptions,
 ) -> Result<SharedFit, MtgpError> {
     require_joints(data, targets, starts)?;
     let factor = mean_factor(starts, rank, options)?;
     let task = TaskCovariance::Factor(factor);
     let covariances = (starts.iter())
-        .map(|fit| Ok(MultiTaskCovariance::new(rescaled(fit)?, task.clone())))
+        .map(|start| Ok(MultiTaskCovariance::new(rescaled(start)?, task.clone())))
         .collect::<Result<Vec<_>, MtgpError>>()?;
-    let noise_stds: Vec<f64> = starts.iter().map(|fit| fit.noise_std()).collect();
+    let noise_stds: Vec<f64> = starts.iter().map(|start| start.noise_std).collect();
 
-    let mut objective = Together::new(data, targets, covariances, options)?;
+    let metric = |z: &[f64]| shared_information(data, &covariances, z);
+    let mut objective = Together::new(data, targets, covariances.clone(), options)?;
     let start = objective.unconstrained(&noise_stds);
     let mut unused = vec![0.0; start.len()];
     let initial_log_marginal = -objective.value_and_gradient(&start, &mut unused);
     if !initial_log_marginal.is_finite() {
         return Err(GpError::NoUsableStart { n_starts: 1 }.into());
     }
-    let minimum = minimize(
+    let minimum = minimize_in_metric(
         &mut objective,
         &start,
+        metric,
         &MinimizeOptions {
             gradient_tolerance: options.gradient_tolerance,
             value_tolerance: options.value_tolerance,
             max_evaluations: options.max_evaluations,
             max_recoveries: 10,
         },
+        ROUNDS,
     );
     let noise_stds = objective.set(&minimum.z);
     let covariances = objective.covariances;
@@ -118,7 +156,7 @@ pub fn fit_shared(
 fn require_joints(
     data: &Stacked,
     targets: &[Vec<f64>],
-    starts: &[&TaskFit],
+    starts: &[JointStart],
 ) -> Result<(), MtgpError> {
     if targets.is_empty() {
         return Err(MtgpError::NoJoints);
@@ -134,32 +172,32 @@ fn require_joints(
         })
     };
     require("fits to start from", starts.len(), targets.len())?;
-    for (targets, fit) in targets.iter().zip(starts) {
+    for (targets, start) in targets.iter().zip(starts) {
         require("targets", targets.len(), data.tasks().len())?;
-        let n_tasks = fit.covariance().n_tasks();
+        let n_tasks = start.covariance.n_tasks();
         require("tasks of a fit to start from", n_tasks, data.n_tasks())?;
     }
     Ok(())
 }
 
-/// a² = tr K^ρ/m of a fit.
-fn mean_diagonal(fit: &TaskFit) -> f64 {
-    let k_task = fit.k_task();
+/// a² = tr K^ρ/m of a joint.
+fn mean_diagonal(start: &JointStart) -> f64 {
+    let k_task = start.covariance.task().k_task();
     let m = k_task.nrows();
     (0..m).map(|task| k_task[(task, task)]).sum::<f64>() / m as f64
 }
 
 /// Λ of the rank-r part of the average of K^ρ/a².
 fn mean_factor(
-    starts: &[&TaskFit],
+    starts: &[JointStart],
     rank: usize,
     options: &MultiTaskOptions,
 ) -> Result<TaskFactor, MtgpError> {
-    let m = starts[0].covariance().n_tasks();
+    let m = starts[0].covariance.n_tasks();
     let mut sum = Mat::<f64>::zeros(m, m);
-    for fit in starts {
-        let weight = 1.0 / (mean_diagonal(fit) * starts.len() as f64);
-        let k_task = fit.k_task();
+    for start in starts {
+        let weight = 1.0 / (mean_diagonal(start) * starts.len() as f64);
+        let k_task = start.covariance.task().k_task();
         for col in 0..m {
             for row in 0..m {
                 sum[(row, col)] += weight * k_task[(row, col)];
@@ -169,11 +207,11 @@ fn mean_factor(
     rank_part(sum.as_ref(), rank, options.rank_part)
 }
 
-/// a² c^x of a fit.
-fn rescaled(fit: &TaskFit) -> Result<TorqueCovariance, MtgpError> {
-    let a = mean_diagonal(fit).sqrt();
+/// a² c^x of a joint.
+fn rescaled(start: &JointStart) -> Result<TorqueCovariance, MtgpError> {
+    let a = mean_diagonal(start).sqrt();
     let times_a = |values: Vec<f64>| values.into_iter().map(|value| a * value).collect();
-    let params = fit.covariance().input().named_params();
+    let params = start.covariance.input().named_params();
     Ok(TorqueCovariance::new(TorqueParams {
         bias_std: a * params.bias_std,
         linear_std: times_a(params.linear_std),
@@ -181,6 +219,37 @@ fn rescaled(fit: &TaskFit) -> Result<TorqueCovariance, MtgpError> {
         length_scales: params.length_scales,
         coulomb_std: params.coulomb_std.map(times_a),
     })?)
+}
+
+/// F + I of all joints: Σ_i F_i, each about its own (θ_i^x, σ_i) and the common Λ.
+///
+/// # Shapes
+/// `z` (p,) in the order of [`Together`]; the result (p, p).
+fn shared_information(
+    data: &Stacked,
+    covariances: &[MultiTaskCovariance],
+    z: &[f64],
+) -> Option<Mat<f64>> {
+    let n_task = covariances[0].task().n_params();
+    let n_joints = covariances.len();
+    let n_each = (z.len() - n_task) / n_joints;
+    let mut sum = Mat::zeros(z.len(), z.len());
+    for (joint, covariance) in covariances.iter().enumerate() {
+        // θ^x, Λ, σ of the joint among (θ_1^x, σ_1), …, Λ
+        let first = joint * n_each;
+        let mut places: Vec<usize> = (first..first + n_each - 1).collect();
+        places.extend(z.len() - n_task..z.len());
+        places.push(first + n_each - 1);
+        let of_joint: Vec<f64> = places.iter().map(|&place| z[place]).collect();
+        let f = information(&[data.inputs()], covariance, &of_joint)?;
+        for (col, &to_col) in places.iter().enumerate() {
+            for (row, &to_row) in places.iter().enumerate() {
+                sum[(to_row, to_col)] += f[(row, col)];
+            }
+        }
+    }
+    add_prior_information(&mut sum);
+    Some(sum)
 }
 
 /// −Σ_i log L_i as a function of unconstrained coordinates: (θ_1^x, σ_1), (θ_2^x, σ_2), …, Λ.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use mtgp::{MultiTaskOptions, Stacked, StageOne, TaskFit, fit_ranks};
 
 use super::draw::nested;
@@ -37,6 +37,11 @@ impl<'a> Bench<'a> {
         }
     }
 
+    /// Inputs of every row of the data set, (64,000, 18).
+    pub(super) fn x_all(&self) -> MatRef<'_, f64> {
+        self.x_all.as_ref()
+    }
+
     fn split(&self, unit: &Unit, load: usize) -> &Split {
         &self.splits[unit.split_seed.as_str()][&load]
     }
@@ -45,7 +50,11 @@ impl<'a> Bench<'a> {
     ///
     /// # Shapes
     /// `predictions` (64,000, m).
-    fn scores(&self, unit: &Unit, predictions: &Mat<f64>) -> Result<Vec<ContextScore>, BenchError> {
+    pub(super) fn scores(
+        &self,
+        unit: &Unit,
+        predictions: &Mat<f64>,
+    ) -> Result<Vec<ContextScore>, BenchError> {
         let of_context = |task: usize| {
             let context = task + 1;
             let split = self.split(unit, context);
@@ -65,16 +74,16 @@ impl<'a> Bench<'a> {
 }
 
 /// Training samples of a unit, those of each context together.
-struct Training {
+pub(super) struct Training {
     /// Training rows of each context.
     rows: Vec<Vec<usize>>,
-    stacked: Stacked,
+    pub stacked: Stacked,
     /// In the order of `stacked`.
-    targets: Vec<f64>,
+    pub targets: Vec<f64>,
 }
 
 impl Training {
-    fn draw(unit: &Unit, bench: &Bench<'_>) -> Result<Self, BenchError> {
+    pub fn draw(unit: &Unit, bench: &Bench<'_>) -> Result<Self, BenchError> {
         let contexts = 1..=unit.n_contexts;
         let draw = |load| {
             let split = bench.split(unit, load);

@@ -5,6 +5,7 @@ pub mod measure;
 pub mod model;
 pub mod ranks;
 pub mod run;
+pub mod shared;
 pub mod spec;
 pub mod summary;
 pub mod unit;

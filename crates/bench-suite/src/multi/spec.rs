@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Deserialize;
 
 use super::model::MultiModel;
+use super::shared::SharedScope;
 use super::unit::Unit;
 use crate::cell::TestSet;
 use crate::error::BenchError;
@@ -27,6 +28,8 @@ pub struct MultiScope {
     pub totals: Vec<usize>,
     /// Ranks among which mGP-BIC chooses.
     pub ranks: Vec<usize>,
+    /// Where one K^ρ for all joints is learned, too.
+    pub shared: Option<SharedScope>,
 }
 
 /// What is expected of mGP-BIC.
@@ -178,8 +181,14 @@ impl MultiExperiment {
                 "n = {n} is not a multiple of the {m} contexts with 2 to {MAX_SIZE} samples each"
             ));
         }
-        match find(&scope.ranks, &|rank| (1..=m).contains(&rank)) {
-            Some(rank) => Err(format!("rank {rank} is not in 1 to {m}")),
+        if let Some(rank) = find(&scope.ranks, &|rank| (1..=m).contains(&rank)) {
+            return Err(format!("rank {rank} is not in 1 to {m}"));
+        }
+        let shared = scope.shared.iter().flat_map(|shared| &shared.ranks);
+        match shared.into_iter().find(|rank| !scope.ranks.contains(rank)) {
+            Some(rank) => Err(format!(
+                "rank {rank} has no fits of its own to set out from"
+            )),
             None => Ok(()),
         }
     }

@@ -6,6 +6,7 @@ use std::fmt;
 use crate::cell::TestSet;
 use crate::multi::model::MultiModel;
 use crate::multi::ranks::Choices;
+use crate::multi::shared::SharedRecord;
 use crate::multi::unit::{ModelRecord, UnitRecord};
 
 /// A line of the figures.
@@ -19,6 +20,8 @@ pub enum Series {
     Pooled,
     /// mGP of the rank chosen by BIC.
     TransferBic,
+    /// The same with one K^ρ for all joints; not the chapter's.
+    SharedBic,
 }
 
 impl Series {
@@ -30,6 +33,15 @@ impl Series {
         Self::TransferBic,
     ];
 
+    /// Those that are drawn: the chapter's, and one K^ρ for all joints where it exists.
+    pub const DRAWN: [Self; 5] = [
+        Self::Single,
+        Self::Independent,
+        Self::Pooled,
+        Self::TransferBic,
+        Self::SharedBic,
+    ];
+
     /// Name in tables, pictures and files.
     pub fn name(self) -> &'static str {
         match self {
@@ -37,6 +49,7 @@ impl Series {
             Self::Independent => "iGP",
             Self::Pooled => "pGP",
             Self::TransferBic => "mGP-BIC",
+            Self::SharedBic => "mGP-one-K",
         }
     }
 
@@ -47,6 +60,7 @@ impl Series {
             Self::Independent => unit.of(MultiModel::Independent),
             Self::Pooled => unit.of(MultiModel::Pooled),
             Self::TransferBic => choices.chosen(unit),
+            Self::SharedBic => None,
         }
     }
 }
@@ -133,6 +147,36 @@ impl Curves {
             curves.entry(key).or_default().push(point(n, &values));
         }
         Self(curves)
+    }
+
+    /// The same with the lines of one K^ρ for all joints, at the rank of least BIC.
+    #[must_use]
+    pub fn with_shared(&self, records: &[SharedRecord]) -> Self {
+        let mut repeats: BTreeMap<(CurveKey, usize), Vec<f64>> = BTreeMap::new();
+        for record in records {
+            let Some(fit) = record.chosen() else {
+                continue;
+            };
+            for (idx, unit) in record.unit.joints.iter().enumerate() {
+                for set in TestSet::ALL {
+                    for statistic in Statistic::ALL {
+                        let key = CurveKey {
+                            joint: unit.joint,
+                            set,
+                            statistic,
+                            series: Series::SharedBic,
+                        };
+                        let value = statistic.of(&fit.nmses(idx, set));
+                        repeats.entry((key, unit.n_total)).or_default().push(value);
+                    }
+                }
+            }
+        }
+        let mut curves = self.clone();
+        for ((key, n), values) in repeats {
+            curves.0.entry(key).or_default().push(point(n, &values));
+        }
+        curves
     }
 
     /// The point of a line at a size.

@@ -18,7 +18,7 @@ const STEP: (f64, f64) = (220.0, 240.0);
 /// Room below the last panel for the axis label, the legend and a remark.
 const BOTTOM: f64 = 128.0;
 /// Width that the title and the legend need at least.
-const MIN_WIDTH: f64 = 720.0;
+const MIN_WIDTH: f64 = 840.0;
 /// Room between the outermost sizes and the frame.
 const INSET: f64 = 12.0;
 /// Sizes that the chapter labels.
@@ -43,6 +43,7 @@ fn pen(series: Series) -> Pen {
         Series::Independent => ("#0072b2", 1.6, Some("7 3")),
         Series::Pooled => ("#009e73", 1.6, Some("8 3 2 3")),
         Series::TransferBic => (INK, 2.2, None),
+        Series::SharedBic => ("#cc79a7", 1.6, None),
     };
     Pen {
         colour,
@@ -75,7 +76,7 @@ pub fn draw(curves: &Curves, set: TestSet, scale: Scale) -> Result<Picture, Benc
                 sizes: curves.sizes(),
             };
             panel.frame(&mut picture, joint);
-            for series in Series::ALL {
+            for series in Series::DRAWN {
                 let key = CurveKey {
                     joint,
                     set,
@@ -88,7 +89,7 @@ pub fn draw(curves: &Curves, set: TestSet, scale: Scale) -> Result<Picture, Benc
         }
     }
     row_titles(&mut picture);
-    legend(&mut picture, height - 54.0, scale);
+    legend(&mut picture, height - 54.0, scale, curves);
     Ok(picture)
 }
 
@@ -137,7 +138,7 @@ fn row_titles(picture: &mut Picture) {
     }
 }
 
-fn legend(picture: &mut Picture, y: f64, scale: Scale) {
+fn legend(picture: &mut Picture, y: f64, scale: Scale, curves: &Curves) {
     picture.text(
         LEFT,
         y - 16.0,
@@ -145,7 +146,11 @@ fn legend(picture: &mut Picture, y: f64, scale: Scale) {
         Font::Remark,
         Align::Left,
     );
-    for (i, series) in Series::ALL.into_iter().enumerate() {
+    let is_drawn = |series: &Series| {
+        Series::ALL.contains(series) || curves.0.keys().any(|key| key.series == *series)
+    };
+    let drawn = Series::DRAWN.into_iter().filter(is_drawn);
+    for (i, series) in drawn.enumerate() {
         let x = LEFT + 150.0 * i as f64;
         let pen = pen(series);
         picture.stroke(vec![(x, y + 14.0), (x + 46.0, y + 14.0)], pen);

@@ -23,6 +23,7 @@ pub mod picture;
 pub mod published_fig10;
 pub mod records_csv;
 pub mod searches;
+pub mod shared;
 pub mod standings;
 pub mod table3;
 pub mod text_table;

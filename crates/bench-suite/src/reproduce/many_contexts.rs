@@ -5,6 +5,7 @@ use super::files::Files;
 use crate::cell::TestSet;
 use crate::error::BenchError;
 use crate::multi::ranks::Choices;
+use crate::multi::shared::SharedUnit;
 use crate::multi::spec::{MultiExperiment, MultiScope};
 use crate::multi::unit::Unit;
 use crate::report::curves::Curves;
@@ -12,7 +13,7 @@ use crate::report::fig10::{self, Scale};
 use crate::report::page::Page;
 use crate::report::published_fig10::Published;
 use crate::report::text_table::TextTable;
-use crate::report::{choices, help, multi_csv, multi_durations, standings};
+use crate::report::{choices, help, multi_csv, multi_durations, shared, standings};
 use crate::run::RunOutcome;
 use crate::spec::Profile;
 
@@ -33,17 +34,18 @@ pub struct ManyContexts {
 pub(super) fn report(
     experiments: &[(MultiExperiment, MultiScope)],
     profile: Profile,
-    outcome: RunOutcome<Unit>,
+    (outcome, of_shared): (RunOutcome<Unit>, RunOutcome<SharedUnit>),
     page: &mut Page,
     files: &mut Files,
 ) -> Result<ManyContexts, BenchError> {
     let chosen = Choices::of(&outcome.records)?;
     let curves = Curves::of(&outcome.records, &chosen);
+    let drawn = curves.with_shared(&of_shared.records);
     let mut findings = Findings::new();
     page.part("Many loads at once (section 4.6)");
     for (experiment, scope) in experiments {
         page.section(&experiment.title);
-        pictures(experiment.set, &curves, page, files)?;
+        pictures(experiment.set, &drawn, page, files)?;
         page.rows("curves.csv", "joint, set, statistic, series, n");
         page.claims(&standings::claims(&curves, experiment.set));
         page.prose(&experiment.text.analysis);
@@ -59,7 +61,10 @@ pub(super) fn report(
         .failures
         .iter()
         .map(|(unit, error)| format!("{unit}: {error}."));
-    findings.push(("Units without a result".into(), failed.collect()));
+    let failed_shared = of_shared.failures.iter();
+    let failed_shared = failed_shared.map(|(unit, error)| format!("{unit}: {error}."));
+    let failed = failed.chain(failed_shared).collect();
+    findings.push(("Units without a result".into(), failed));
     findings.retain(|(_, items)| !items.is_empty());
     for (title, items) in &findings {
         page.section(title);
@@ -67,6 +72,7 @@ pub(super) fn report(
     }
 
     let table = about_ranks(&outcome, &chosen, profile, page)?;
+    about_shared(&of_shared, &chosen, &curves, page, files);
     page.section(help::TITLE);
     page.table(&help::of_units(&outcome.records));
     page.rows("fits.csv", "draw, joint, n, model, fit");
@@ -75,7 +81,7 @@ pub(super) fn report(
     page.table(&multi_durations::by_model_and_size(&outcome.records));
     page.rows("unit_seconds.csv", "draw, joint, n, model");
 
-    files.add("curves.csv", multi_csv::curves(&curves));
+    files.add("curves.csv", multi_csv::curves(&drawn));
     files.add("contexts.csv", multi_csv::scores(&outcome.records));
     files.add("fits.csv", multi_csv::fits(&outcome.records));
     files.add("unit_seconds.csv", multi_csv::seconds(&outcome.records));
@@ -109,6 +115,27 @@ fn about_ranks(
     page.table(&choices::bic_differences(chosen));
     page.rows("fits.csv", "draw, n, model");
     Ok(table)
+}
+
+/// One K^ρ for all joints, where there is a result.
+fn about_shared(
+    outcome: &RunOutcome<SharedUnit>,
+    chosen: &Choices,
+    curves: &Curves,
+    page: &mut Page,
+    files: &mut Files,
+) {
+    let records = &outcome.records;
+    if records.is_empty() {
+        return;
+    }
+    page.section(shared::TITLE);
+    page.table(&shared::table(records, chosen, curves));
+    page.rows("shared_fits.csv", "draw, n, rank");
+    page.claims(&shared::claims(records, chosen, curves));
+    page.prose(shared::EXPLANATION);
+    files.add("shared_fits.csv", shared::fits(records));
+    files.add("shared_contexts.csv", shared::scores(records));
 }
 
 /// A figure with the chapter's axes and with logarithmic ones.

@@ -23,6 +23,7 @@ use crate::data_figures::spec::DataExperiment;
 use crate::error::BenchError;
 use crate::manifest::Manifest;
 use crate::multi;
+use crate::multi::shared::SharedUnit;
 use crate::multi::spec::{MultiExperiment, MultiScope, MultiSelection};
 use crate::multi::unit::Unit;
 use crate::report::averages::{self, Averages};
@@ -133,6 +134,7 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let about_data = page::sections(&data)?;
     let of_one = run_one(&one, request)?;
     let of_many = run_many(&many, request)?;
+    let of_shared = run_shared(&many, of_many.as_ref(), request)?;
     unfinished::refuse_empty(request, of_one.as_ref(), of_many.as_ref())?;
     let of_section5 = run_section5(&section5, request)?;
     count(&mut manifest, of_one.as_ref());
@@ -153,7 +155,7 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
             Some(many_contexts::report(
                 &many,
                 request.profile,
-                outcome,
+                (outcome, of_shared),
                 parts.0,
                 parts.1,
             )?)
@@ -342,6 +344,22 @@ fn run_many(
     let store = Store::open(request.output.join("units").join(MANY_MEASURED_BY))?;
     let units = request.shard.of(units);
     multi::run::run(&units, &store, request.reuse, request.n_threads).map(Some)
+}
+
+/// One K^ρ for all joints, where each joint has a fit of its own.
+fn run_shared(
+    experiments: &[(MultiExperiment, MultiScope)],
+    separate: Option<&RunOutcome<Unit>>,
+    request: &Request,
+) -> Result<RunOutcome<SharedUnit>, BenchError> {
+    let records = separate.map_or(&[][..], |outcome| &outcome.records);
+    let units: BTreeSet<SharedUnit> = experiments
+        .iter()
+        .filter_map(|(_, scope)| Some((&scope.joints, scope.shared.as_ref()?)))
+        .flat_map(|(joints, shared)| SharedUnit::all(records, joints, shared))
+        .collect();
+    let store = Store::open(request.output.join("units").join(MANY_MEASURED_BY))?;
+    multi::run::run_shared(&units, records, &store, request.reuse, request.n_threads)
 }
 
 fn report_one(

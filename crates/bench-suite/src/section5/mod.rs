@@ -18,6 +18,7 @@ pub mod sampled;
 pub mod spec;
 pub mod trained;
 pub mod training_set;
+pub mod transfer;
 
 use self::bench::Bench;
 use self::spec::Section5Experiment;
@@ -37,6 +38,7 @@ pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, B
         "novel" => novel::make(experiment, bench),
         "rbd" => rbd::make(experiment, bench),
         "sampled" => sampled::make(experiment, bench),
+        "transfer" => transfer::make(experiment, bench),
         other => Err(BenchError::UnknownName {
             what: "experiment of section 5",
             name: other.to_string(),

@@ -12,13 +12,17 @@ use crate::spec::{Profile, Prose};
 pub const GROUP: &str = "section5";
 
 /// Sources of the experiments, in the order in which they are made.
-const SOURCES: [(&str, &str); 6] = [
+const SOURCES: [(&str, &str); 7] = [
     ("models.toml", include_str!("../../experiments/models.toml")),
     (
         "context.toml",
         include_str!("../../experiments/context.toml"),
     ),
     ("novel.toml", include_str!("../../experiments/novel.toml")),
+    (
+        "transfer.toml",
+        include_str!("../../experiments/transfer.toml"),
+    ),
     ("rbd.toml", include_str!("../../experiments/rbd.toml")),
     (
         "sampled.toml",

@@ -84,22 +84,16 @@ impl TrainingSet {
     /// # Errors
     /// `MultiTask` if they do not fit together.
     pub fn samples(&self, data: &DataSet) -> Result<Samples, BenchError> {
-        let rows: Vec<Vec<usize>> = (1..=self.n_contexts).map(|load| self.rows(load)).collect();
-        let counted = rows.iter().enumerate();
-        let tasks: Vec<usize> = counted
-            .flat_map(|(task, rows)| std::iter::repeat_n(task, rows.len()))
-            .collect();
-        let x = data.x(&rows.concat());
-        Ok(Samples {
-            stacked: Stacked::new(x.as_ref(), &tasks, self.n_contexts)?,
-            x,
-            rows,
-        })
+        let loads: Vec<usize> = (1..=self.n_contexts).collect();
+        let rows = loads.iter().map(|&load| self.rows(load)).collect();
+        Samples::of(data, loads, rows)
     }
 }
 
 /// The samples of a training set.
 pub struct Samples {
+    /// The load of each task, from 1.
+    pub loads: Vec<usize>,
     /// Rows of the data set, of each load.
     pub rows: Vec<Vec<usize>>,
     /// Inputs, (n, 18), those of each load together.
@@ -109,11 +103,33 @@ pub struct Samples {
 }
 
 impl Samples {
+    /// Given rows of some loads, which become the tasks 0, 1, ….
+    ///
+    /// # Errors
+    /// `MultiTask` if a load has no rows.
+    pub fn of(
+        data: &DataSet,
+        loads: Vec<usize>,
+        rows: Vec<Vec<usize>>,
+    ) -> Result<Self, BenchError> {
+        let counted = rows.iter().enumerate();
+        let tasks: Vec<usize> = counted
+            .flat_map(|(task, rows)| std::iter::repeat_n(task, rows.len()))
+            .collect();
+        let x = data.x(&rows.concat());
+        Ok(Self {
+            stacked: Stacked::new(x.as_ref(), &tasks, loads.len())?,
+            loads,
+            rows,
+            x,
+        })
+    }
+
     /// Torques of a joint, from 1, in the order of `stacked`, N·m.
     pub fn targets(&self, data: &DataSet, joint: usize) -> Vec<f64> {
-        let counted = self.rows.iter().enumerate();
-        let targets: Vec<f64> = counted
-            .flat_map(|(task, rows)| data.torques(task + 1, joint, rows))
+        let of_loads = self.loads.iter().zip(&self.rows);
+        let targets: Vec<f64> = of_loads
+            .flat_map(|(&load, rows)| data.torques(load, joint, rows))
             .collect();
         self.stacked.stack(&targets)
     }

@@ -6,12 +6,14 @@ mod lbfgs;
 mod line_search;
 mod metric;
 mod resumed;
+mod rounds;
 
 pub(crate) use bounds::Reparametrised;
 pub(crate) use budget::Budgeted;
 pub use lbfgs::{MinimizeOptions, Minimum, StopReason, minimize};
 pub(crate) use metric::{Metric, Scaled};
 pub(crate) use resumed::{Known, Resumed};
+pub use rounds::{Rounds, minimize_in_metric};
 
 /// A smooth function on R^p that may be undefined in places.
 pub trait Objective {
@@ -40,5 +42,23 @@ pub trait Objective {
     /// Whether the work that the search may take is used up; the best point is then returned.
     fn is_spent(&self) -> bool {
         false
+    }
+}
+
+impl<O: Objective> Objective for &mut O {
+    fn value_and_gradient(&mut self, z: &[f64], gradient: &mut [f64]) -> f64 {
+        (**self).value_and_gradient(z, gradient)
+    }
+
+    fn projected_gradient(&self, z: &[f64], gradient: &[f64]) -> f64 {
+        (**self).projected_gradient(z, gradient)
+    }
+
+    fn released(&self, z: &[f64], gradient: &[f64], tolerance: f64) -> Option<Vec<f64>> {
+        (**self).released(z, gradient, tolerance)
+    }
+
+    fn is_spent(&self) -> bool {
+        (**self).is_spent()
     }
 }
