@@ -91,10 +91,10 @@ fn a_record_has_a_score_of_every_context_and_the_likelihood_grows_with_the_rank(
 
 /// Two joints with one K^ρ, after their own fits.
 fn shared_with(n_threads: usize) -> (tempfile::TempDir, Vec<UnitRecord>, Vec<SharedRecord>) {
-    let dir = tempfile::tempdir().unwrap();
-    let store = Store::open(dir.path()).unwrap();
+    let dir = tempfile::tempdir().expect("a directory");
+    let store = Store::open(dir.path()).expect("a store");
     let own = run(&units(), &store, Reuse::Fits, n_threads)
-        .unwrap()
+        .expect("their own fits")
         .records;
     let scope = SharedScope {
         up_to: 18,
@@ -102,9 +102,9 @@ fn shared_with(n_threads: usize) -> (tempfile::TempDir, Vec<UnitRecord>, Vec<Sha
     };
     let shared: BTreeSet<SharedUnit> = SharedUnit::all(&own, &[1, 3], &scope).into_iter().collect();
     assert_eq!(shared.len(), 1);
-    let outcome = run_shared(&shared, &own, &store, Reuse::Fits, n_threads).unwrap();
+    let outcome = run_shared(&shared, &own, &store, Reuse::Fits, n_threads).expect("a run");
     assert!(outcome.failures.is_empty(), "{:?}", outcome.failures);
-    let again = run_shared(&shared, &own, &store, Reuse::Results, n_threads).unwrap();
+    let again = run_shared(&shared, &own, &store, Reuse::Results, n_threads).expect("a run");
     assert_eq!((again.n_reused, &again.records), (1, &outcome.records));
     (dir, own, outcome.records)
 }

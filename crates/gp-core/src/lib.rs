@@ -28,6 +28,7 @@ mod posterior;
 mod rigid_body_fit;
 pub mod sampling;
 mod search;
+mod search_metric;
 mod tiled;
 
 pub use bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};
@@ -56,6 +57,5 @@ pub use rigid_body_fit::{
     InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess, RigidBodyCovariance,
     fit_informed, fit_rigid_body, fit_rigid_body_and_process,
 };
-pub use search::{
-    Likelihood, SearchEnd, add_prior_information, information, refine, search, search_near,
-};
+pub use search::{Likelihood, SearchEnd, refine, search, search_near};
+pub use search_metric::{add_prior_information, information};

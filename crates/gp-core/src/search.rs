@@ -2,13 +2,12 @@
 
 use std::cell::Cell;
 
-use faer::{Mat, MatRef};
+use faer::MatRef;
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance};
 
 use crate::candidate::Candidate;
 use crate::error::GpError;
 use crate::evidence::{Evaluation, MethodUsed};
-use crate::fisher::fisher_information;
 use crate::fit::FitOptions;
 use crate::fit_report::StartReport;
 use crate::init::StartKind;
@@ -18,6 +17,7 @@ use crate::optimize::{
     Budgeted, Known, Metric, MinimizeOptions, Minimum, Objective, Reparametrised, Resumed, Scaled,
     StopReason, minimize,
 };
+use crate::search_metric::{add_prior_information, information};
 
 // DEVIATION(sec. 3): the chapter's search has no such limit.
 /// Points of a search whose likelihood may be wrong by more nats than this are not entered.
@@ -40,10 +40,6 @@ const AUDIBLE: f64 = 1.0;
 
 /// Change of the logarithm of a faded hyperparameter that is worth the likelihood it takes.
 const WORTH_A_MOVE: f64 = 0.1;
-
-/// What is added to the diagonal of the Fisher information: that of a normal prior whose
-/// standard deviation is a factor e, or one in coordinates that may have any sign.
-const PRIOR_INFORMATION: f64 = 1.0;
 
 /// What a search climbs: eq. (8) of some covariance on some data.
 ///
@@ -397,47 +393,6 @@ fn fisher_metric<C: Covariance + Clone>(
     Metric::new(information.as_ref())
 }
 
-/// F + I of [`refine`]: a little for what the data do not tell.
-///
-/// # Panics
-/// If it is not square.
-pub fn add_prior_information(information: &mut Mat<f64>) {
-    for idx in 0..information.ncols() {
-        information[(idx, idx)] += PRIOR_INFORMATION;
-    }
-}
-
-/// The Fisher information F of [`refine`] at a point, in its coordinates.
-///
-/// The point is (θ, σ) with the transforms of the covariance's layout and of
-/// [`Jitter`]'s, which are the logarithms away from the bounds.
-/// Comes from at most 256 of the samples; `None` where the covariance matrix is not positive definite.
-/// # Shapes
-/// `parts` the inputs (n_p, d) of independent parts of the data; `z` (p + 1,) for a covariance of p
-/// hyperparameters, whose own values are not used; the result (p + 1, p + 1).
-/// # Source
-/// Mardia & Marshall 1984, sec. 2.
-pub fn information<C: Covariance + Clone>(
-    parts: &[MatRef<'_, f64>],
-    covariance: &C,
-    z: &[f64],
-) -> Option<Mat<f64>> {
-    let bounds = Reparametrised::new(&search_layout(covariance), |_: &[f64], _: &mut [f64]| 0.0);
-    let mut trial = covariance.clone();
-    let noisy = |x: MatRef<'_, f64>, z: &[f64]| {
-        let theta = bounds.natural(z);
-        let (of_covariance, noise_std) = split_noise(&theta);
-        trial.set_params(of_covariance);
-        let mut c = Mat::zeros(x.nrows(), x.nrows());
-        trial.add_gram(x, c.as_mut());
-        for row in 0..x.nrows() {
-            c[(row, row)] += noise_std * noise_std;
-        }
-        c
-    };
-    fisher_information(parts, z, noisy)
-}
-
 /// The values nearest to θ and σ from which a search can set out: inside their bounds.
 pub(crate) fn inside_bounds<C: Covariance>(covariance: &mut C, noise_std: f64) -> f64 {
     let theta = with_noise(covariance, noise_std);
@@ -449,7 +404,7 @@ pub(crate) fn inside_bounds<C: Covariance>(covariance: &mut C, noise_std: f64) -
 }
 
 /// Hyperparameters of the covariance followed by σ.
-fn search_layout<C: Covariance>(covariance: &C) -> ParamLayout {
+pub(crate) fn search_layout<C: Covariance>(covariance: &C) -> ParamLayout {
     let noise = Jitter::new(1.0).expect("one is positive");
     covariance.layout().followed_by(noise.layout())
 }
@@ -506,7 +461,7 @@ fn with_noise<C: Covariance>(covariance: &C, noise_std: f64) -> Vec<f64> {
 ///
 /// # Panics
 /// If there is no σ.
-fn split_noise(theta: &[f64]) -> (&[f64], f64) {
+pub(crate) fn split_noise(theta: &[f64]) -> (&[f64], f64) {
     let (noise_std, of_covariance) = theta.split_last().expect("σ is the last hyperparameter");
     (of_covariance, *noise_std)
 }

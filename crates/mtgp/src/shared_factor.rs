@@ -363,18 +363,66 @@ mod tests {
     use super::*;
     use kernels::TorqueForm;
 
-    #[test]
-    fn gradient_of_the_sum_is_its_central_difference() {
+    /// Eight samples of three tasks.
+    fn samples() -> Stacked {
         let x = Mat::from_fn(8, 3, |row, col| ((3 * row + 5 * col) as f64).sin());
         let tasks: Vec<usize> = (0..8).map(|row| row % 3).collect();
-        let data = Stacked::new(x.as_ref(), &tasks, 3).expect("three tasks");
+        Stacked::new(x.as_ref(), &tasks, 3).expect("three tasks")
+    }
+
+    /// Rank 2, with a multiple of the signal.
+    fn covariance(signal_std: f64) -> MultiTaskCovariance {
+        let factor = TaskFactor::from_entries(3, 2, &[1.0, 0.4, 0.8, -0.3, 0.6]).expect("rank 2");
+        let unit = TorqueCovariance::unit(1, TorqueForm::Coulomb).named_params();
+        let params = TorqueParams { signal_std, ..unit };
+        let input = TorqueCovariance::new(params).expect("positive");
+        MultiTaskCovariance::new(input, TaskCovariance::Factor(factor))
+    }
+
+    #[test]
+    fn information_of_the_joints_adds_up_about_what_they_share() {
+        let data = samples();
+        let targets = vec![vec![0.0; 8]; 2];
+        let covariances = vec![covariance(1.0), covariance(2.5)];
+        let options = MultiTaskOptions::chapter();
+        let sum = Together::new(&data, &targets, covariances.clone(), &options).expect("σ = 1");
+        let z = sum.unconstrained(&[0.3, 0.5]);
+        let both = shared_information(&data, &covariances, &z).expect("positive definite");
+        // (θ_1, σ_1), (θ_2, σ_2), Λ: ten, ten and five, beside θ, Λ, σ of a joint alone.
+        let own = |joint: usize| {
+            let (of_joint, of_task) = (&z[10 * joint..10 * joint + 10], &z[20..]);
+            let (of_input, of_noise) = of_joint.split_at(9);
+            let z = [of_input, of_task, of_noise].concat();
+            information(&[data.inputs()], &covariances[joint], &z).expect("positive definite")
+        };
+        let (first, second) = (own(0), own(1));
+        let prior = |row: usize, col: usize| f64::from(u8::from(row == col));
+        for row in 0..5 {
+            for col in 0..5 {
+                let of_task = first[(9 + row, 9 + col)] + second[(9 + row, 9 + col)];
+                let expected = of_task + prior(row, col);
+                assert!(
+                    (both[(20 + row, 20 + col)] - expected).abs() < 1e-12 * expected.abs().max(1.0)
+                );
+            }
+        }
+        for (joint, own) in [(0, first), (1, second)] {
+            let noise = 10 * joint + 9;
+            let expected = own[(14, 14)] + 1.0;
+            assert!((both[(noise, noise)] / expected - 1.0).abs() < 1e-12);
+            assert!((both[(noise, 22)] - own[(14, 11)]).abs() < 1e-12 * expected);
+        }
+        // The joints are independent.
+        assert!((0..10).all(|row| (10..20).all(|col| both[(row, col)].abs() < f64::MIN_POSITIVE)));
+    }
+
+    #[test]
+    fn gradient_of_the_sum_is_its_central_difference() {
+        let data = samples();
         let targets: Vec<Vec<f64>> = (0..2)
             .map(|joint| (0..8).map(|i| f64::from(2 * i + joint).cos()).collect())
             .collect();
-        let factor = TaskFactor::from_entries(3, 2, &[1.0, 0.4, 0.8, -0.3, 0.6]).expect("rank 2");
-        let task = TaskCovariance::Factor(factor);
-        let input = TorqueCovariance::unit(1, TorqueForm::Coulomb);
-        let covariance = MultiTaskCovariance::new(input, task);
+        let covariance = covariance(1.0);
         let options = MultiTaskOptions::chapter();
         let covariances = vec![covariance.clone(), covariance];
         let mut sum = Together::new(&data, &targets, covariances, &options).expect("σ = 1");

@@ -125,37 +125,37 @@ mod tests {
         }
     }
 
-    /// The Hessian.
-    fn metric(z: &[f64]) -> Option<Mat<f64>> {
-        Some(Mat::from_fn(5, 5, |row, col| match row {
+    fn hessian(z: &[f64]) -> Mat<f64> {
+        Mat::from_fn(5, 5, |row, col| match row {
             _ if row != col => 0.0,
             0 => 2.0 + 12.0 * (z[0] - 1.0).powi(2),
             _ => 2.0 * CURVATURES[row],
-        }))
+        })
     }
 
     const OPTIONS: MinimizeOptions = MinimizeOptions {
         gradient_tolerance: 1e-6,
         value_tolerance: 0.0,
-        max_evaluations: 60,
+        max_evaluations: 200,
         max_recoveries: 3,
     };
     const ROUNDS: Rounds = Rounds {
-        evaluations: 4,
+        evaluations: 8,
         worth: 1e-9,
     };
 
     #[test]
     fn rounds_count_together_and_reach_what_no_single_one_does() {
         let mut valley = Valley(0);
-        let start = [3.0, -2.0, 5.0, 0.0, 4.0];
+        let start = CURVATURES.map(|c: f64| 1.0 + 5.0 / (2.0 * c).sqrt());
+        let metric = |z: &[f64]| Some(hessian(z));
         let minimum = minimize_in_metric(&mut valley, &start, metric, &OPTIONS, ROUNDS);
         assert_eq!(minimum.stop, StopReason::GradientSmall, "{minimum:?}");
         assert_eq!(minimum.evaluations, valley.0);
         assert!(minimum.evaluations > ROUNDS.evaluations && minimum.value < 1e-12);
-        // Σ c (z − 1)² + 16 at the start.
-        let at_start = 4.0 + 9e2 + 16e4 + 1e6 + 9e8 + 16.0;
-        assert!((minimum.start_value / at_start - 1.0).abs() < 1e-12);
+        // Five times c (z − 1)² = 25/2, and (5/√2)⁴ = 625/4; z − 1 has lost four digits.
+        let at_start = 62.5 + 156.25;
+        assert!((minimum.start_value / at_start - 1.0).abs() < 1e-10);
         let without = minimize_in_metric(&mut Valley(0), &start, |_| None, &OPTIONS, ROUNDS);
         assert!(minimum.evaluations < without.evaluations, "{without:?}");
     }
@@ -163,13 +163,13 @@ mod tests {
     #[test]
     fn evaluations_are_limited_over_all_rounds() {
         let options = MinimizeOptions {
-            max_evaluations: 6,
+            max_evaluations: 12,
             ..OPTIONS
         };
         let mut valley = Valley(0);
         let start = [1e3, -2.0, 5.0, 0.0, 4.0];
         let minimum = minimize_in_metric(&mut valley, &start, |_| None, &options, ROUNDS);
-        assert_eq!((minimum.evaluations, valley.0), (6, 6));
+        assert_eq!((minimum.evaluations, valley.0), (12, 12));
         assert_eq!(minimum.stop, StopReason::EvaluationLimit);
         assert!(minimum.value < minimum.start_value);
     }

@@ -18,6 +18,9 @@ const BOTTOM: f64 = 96.0;
 /// Room between the outermost places and the frame.
 const INSET: f64 = 12.0;
 
+/// Room that the last label needs to itself.
+const LABEL_ROOM: f64 = 26.0;
+
 /// Pen of a line, the same as in figures 10 and 11.
 fn pen(learner: Learner) -> Pen {
     let (colour, width, dashes) = match learner {
@@ -114,9 +117,13 @@ impl Panel {
         for &(count, place) in &self.marks {
             let mark_x = self.across(place);
             picture.line((mark_x, y), (mark_x, y + height));
-            let label = count.to_string();
-            let below = y + height + 16.0;
-            picture.text(mark_x, below, &label, Font::Remark, Align::Centre);
+            let is_last = place >= 1.0;
+            let room = self.across(1.0) - mark_x;
+            if is_last || room >= LABEL_ROOM {
+                let label = count.to_string();
+                let below = y + height + 16.0;
+                picture.text(mark_x, below, &label, Font::Remark, Align::Centre);
+            }
         }
         picture.rectangle((x, y, width, height), "none", Some(INK));
         let middle = x + width / 2.0;
