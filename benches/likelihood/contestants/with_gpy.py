@@ -1,4 +1,6 @@
-"""GPy: GPRegression with a bias, a linear, an RBF and a second linear kernel on the signs."""
+"""GPy: GPRegression with a bias, a linear, an RBF and a second linear kernel on the signs; of several loads, their
+sum times a kernel of the loads (its intrinsic coregionalisation model).
+"""
 
 import time
 
@@ -13,7 +15,7 @@ ADDED_TO_NOISE = 1e-8
 
 
 def build(x, targets, at):
-    d = x.shape[1]
+    d = 3 * N_JOINTS
     kernel = GPy.kern.Bias(d) + GPy.kern.RBF(d, ARD=True, active_dims=range(d))
     if is_full(at):
         kernel = (
@@ -22,6 +24,9 @@ def build(x, targets, at):
             + GPy.kern.Linear(d, ARD=True, active_dims=range(d))
             + GPy.kern.Linear(N_JOINTS, ARD=True, active_dims=range(d, d + N_JOINTS))
         )
+    if "task_factor" in at:
+        n_tasks, rank = at["task_factor"].shape
+        kernel = GPy.util.multioutput.ICM(d + N_JOINTS, n_tasks, kernel, W_rank=rank)
     model = GPy.models.GPRegression(with_signs(x, at), targets[:, None], kernel)
 
     def evaluate(at):
@@ -36,10 +41,15 @@ def build(x, targets, at):
 
 
 def natural(at):
-    """GPy's own order: variances of the kernels in turn, length scales after the RBF's variance, noise last."""
+    """GPy's own order: variances of the kernels in turn, length scales after the RBF's variance, noise last.
+
+    Before it W = Λ of several loads and kappa, what GPy adds to the diagonal of WWᵀ and our model does not have.
+    """
     parts = [at["bias_std"] ** 2, at["signal_std"] ** 2, at["length_scales"]]
     if is_full(at):
         parts += [at["linear_std"] ** 2, at["coulomb_std"] ** 2]
+    if "task_factor" in at:
+        parts += [at["task_factor"].ravel(), np.zeros(len(at["task_factor"]))]
     return np.hstack([*parts, at["noise_std"] ** 2 - ADDED_TO_NOISE])
 
 
@@ -53,5 +63,11 @@ def by_name(gradient, at, d):
     }
     if is_full(at):
         named["linear_std"] = 2.0 * at["linear_std"] * gradient[d + 2 : 2 * d + 2]
-        named["coulomb_std"] = 2.0 * at["coulomb_std"] * gradient[2 * d + 2 : -1]
+        of_signs = slice(2 * d + 2, 2 * d + 2 + N_JOINTS)
+        named["coulomb_std"] = 2.0 * at["coulomb_std"] * gradient[of_signs]
+    if "task_factor" in at:
+        shape = at["task_factor"].shape
+        of_factor = gradient[of_signs.stop : of_signs.stop + shape[0] * shape[1]].reshape(shape)
+        # The free entries, row by row.
+        named["task_factor"] = of_factor[np.tril_indices(*shape[:1], m=shape[1])]
     return named

@@ -10,6 +10,8 @@ use gp_core::{
 };
 use kernels::{Covariance, Jitter, ParamLayout, TorqueForm};
 
+use mtgp::{MultiTaskOptions, StageOne};
+
 use crate::data::Samples;
 use crate::hyperparameters::{Hyperparameters, SmoothPart};
 
@@ -20,7 +22,13 @@ pub enum Model {
     Full,
     /// Bias and squared exponential, which every contestant can express
     Smooth,
+    /// Eq. (16) with rank 4: the full model for several loads at once
+    Loads,
 }
+
+/// Rank of the covariance between loads.
+const RANK: usize = 4;
+
 
 /// A length scale or weight that the data do not determine runs off to 10⁹ or 10⁻⁹; both ends
 /// are inside what every contestant accepts, and far from making a difference.
@@ -31,6 +39,7 @@ pub fn write(samples: &Samples, model: Model, output: &Path) -> Result<()> {
     let fitted = match model {
         Model::Full => full(samples)?,
         Model::Smooth => smooth(samples)?,
+        Model::Loads => of_loads(samples)?,
     };
     let clipped = fitted.clipped(RANGE.0, RANGE.1);
     println!("fitted  {:?}: {}", fitted, value(samples, &fitted)?);
@@ -38,6 +47,7 @@ pub fn write(samples: &Samples, model: Model, output: &Path) -> Result<()> {
     let name = match model {
         Model::Full => "full",
         Model::Smooth => "smooth",
+        Model::Loads => "loads",
     };
     let text = format!(
         "# Made by: likelihood fit --n {} --model {name}; moved into [{:e}, {:e}].\n{}",
@@ -57,6 +67,17 @@ fn full(samples: &Samples) -> Result<Hyperparameters> {
         &FitOptions::several(),
     )?;
     Ok(Hyperparameters::full(fit.covariance(), fit.noise_std()))
+}
+
+/// mGP of rank 4, searched as figures 10 and 11 do it.
+fn of_loads(samples: &Samples) -> Result<Hyperparameters> {
+    let (data, targets) = samples.stacked()?;
+    let options = MultiTaskOptions::several();
+    let stage_one = StageOne::new(&data, &targets, &options)?;
+    let fits = mtgp::fit_ranks(&data, &targets, &[RANK], &stage_one, &options)?;
+    let fit = fits.first().context("no fit")?;
+    println!("{:?}", fit.report);
+    Hyperparameters::of_loads(fit.covariance(), fit.noise_std())
 }
 
 fn smooth(samples: &Samples) -> Result<Hyperparameters> {
@@ -127,6 +148,7 @@ fn of_smooth_part(theta: &[f64], covariance: &SmoothPart) -> Hyperparameters {
         length_scales: covariance.second().length_scales().to_vec(),
         linear_std: Vec::new(),
         coulomb_std: Vec::new(),
+        task_factor: Vec::new(),
     }
 }
 
@@ -136,7 +158,12 @@ fn value(samples: &Samples, at: &Hyperparameters) -> Result<f64> {
         &samples.targets,
         LikelihoodOptions::dense(),
     );
-    let evidence = if at.has_only_smooth_part() {
+    let evidence = if at.has_several_loads() {
+        let (data, targets) = samples.stacked()?;
+        let covariance = at.multi_task_covariance()?;
+        let options = LikelihoodOptions::automatic();
+        evidence(&covariance, at.noise_std, data.inputs(), &targets, options)?
+    } else if at.has_only_smooth_part() {
         evidence(&at.smooth_part()?, at.noise_std, x, targets, options)?
     } else {
         evidence(&at.torque_covariance()?, at.noise_std, x, targets, options)?

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use faer::Mat;
 use gp_core::StartPoint;
 use kernels::{Constant, SeArd, Sum, TorqueCovariance, TorqueParams};
+use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor};
 use serde::{Deserialize, Serialize};
 
 /// The part of the model that scikit-learn and gprx can express: b² + v² exp(−s/2).
@@ -23,6 +25,9 @@ pub struct Hyperparameters {
     pub linear_std: Vec<f64>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coulomb_std: Vec<f64>,
+    /// Λ row by row, one row a load, with the zeros above its diagonal; none for one load.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub task_factor: Vec<Vec<f64>>,
 }
 
 impl Hyperparameters {
@@ -42,7 +47,21 @@ impl Hyperparameters {
             length_scales: params.length_scales,
             linear_std: params.linear_std,
             coulomb_std: params.coulomb_std.unwrap_or_default(),
+            task_factor: Vec::new(),
         }
+    }
+
+    /// Of a model of several loads.
+    pub fn of_loads(covariance: &MultiTaskCovariance, noise_std: f64) -> Result<Self> {
+        let TaskCovariance::Factor(factor) = covariance.task() else {
+            bail!("a task covariance without a factor");
+        };
+        let lambda = factor.lambda();
+        let row = |row: usize| lambda.row(row).iter().copied().collect();
+        Ok(Self {
+            task_factor: (0..lambda.nrows()).map(row).collect(),
+            ..Self::full(covariance.input(), noise_std)
+        })
     }
 
     /// The bias and the squared exponential of a start of a full model.
@@ -50,6 +69,7 @@ impl Hyperparameters {
         Self {
             linear_std: Vec::new(),
             coulomb_std: Vec::new(),
+            task_factor: Vec::new(),
             ..Self::full(&start.covariance, start.noise_std)
         }
     }
@@ -63,6 +83,7 @@ impl Hyperparameters {
     pub fn clipped(&self, lowest: f64, highest: f64) -> Self {
         Self {
             noise_std: self.noise_std,
+            task_factor: self.task_factor.clone(),
             ..self.map(|value| value.clamp(lowest, highest))
         }
     }
@@ -76,7 +97,12 @@ impl Hyperparameters {
             length_scales: all(&self.length_scales),
             linear_std: all(&self.linear_std),
             coulomb_std: all(&self.coulomb_std),
+            task_factor: self.task_factor.iter().map(|row| all(row)).collect(),
         }
+    }
+
+    pub fn has_several_loads(&self) -> bool {
+        !self.task_factor.is_empty()
     }
 
     pub fn has_only_smooth_part(&self) -> bool {
@@ -95,6 +121,16 @@ impl Hyperparameters {
             length_scales: self.length_scales.clone(),
             coulomb_std: Some(self.coulomb_std.clone()),
         })?)
+    }
+
+    /// Eq. (16): GPc's covariance times that of the loads.
+    pub fn multi_task_covariance(&self) -> Result<MultiTaskCovariance> {
+        let rank = self.task_factor.first().map_or(0, Vec::len);
+        let lambda = Mat::from_fn(self.task_factor.len(), rank, |row, col| {
+            self.task_factor[row][col]
+        });
+        let task = TaskCovariance::Factor(TaskFactor::new(lambda)?);
+        Ok(MultiTaskCovariance::new(self.torque_covariance()?, task))
     }
 
     /// Bias + squared exponential.

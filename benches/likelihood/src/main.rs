@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! likelihood data --load c2 --joint 3 --output data.csv
+//! likelihood data --loads 14 --joint 3 --output data.csv
 //! likelihood fit --data data.csv --n 1004 --model full --output joint3.toml
 //! likelihood serve --data data.csv --hyperparameters joint3.toml --n 4000
 //! ```
@@ -41,6 +42,9 @@ enum Command {
         /// Torques of an arm without friction, for a model without a friction term
         #[arg(long)]
         frictionless: bool,
+        /// So many loads c1, c2, … instead of one, 4000 samples of each
+        #[arg(long, conflicts_with_all = ["load", "frictionless"])]
+        loads: Option<usize>,
         #[arg(long)]
         output: PathBuf,
     },
@@ -72,8 +76,12 @@ fn main() -> Result<()> {
             load,
             joint,
             frictionless,
+            loads,
             output,
-        } => data::write(&load, joint, frictionless, &output),
+        } => match loads {
+            None => data::write(&load, joint, frictionless, &output),
+            Some(n_loads) => data::write_several(n_loads, joint, &output),
+        },
         Command::Fit {
             data,
             n,
@@ -85,7 +93,7 @@ fn main() -> Result<()> {
             hyperparameters,
             n,
         } => serve::serve(
-            &data::read(&data, n)?,
+            &data::read(&data, n)?.into_rows()?,
             &hyperparameters::Hyperparameters::read(&hyperparameters)?,
         ),
     }

@@ -61,6 +61,9 @@ pub struct ReproducePaper {
     /// These sizes of all 14 contexts together instead of the profile's, in figures 10 and 11
     #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = number_up_to::<{ 14 * MAX_SIZE }>)]
     pub totals: Option<Vec<usize>>,
+    /// These ranks of the mGPs instead of the profile's, in figures 10 and 11
+    #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = number_up_to::<14>)]
+    pub ranks: Option<Vec<usize>>,
     /// Draws of the training subsets of figures 10 and 11, which then show a band
     #[arg(long, default_value_t = 1, value_name = "K", value_parser = number_up_to::<100>)]
     pub repeats: usize,

@@ -63,6 +63,7 @@ fn reproduce_paper(flags: ReproducePaper) -> anyhow::Result<ExitCode> {
         multi_selection: MultiSelection {
             joints: flags.joints.clone(),
             totals: flags.totals,
+            ranks: flags.ranks,
             n_more_repeats: flags.repeats - 1,
         },
         selection: Selection {

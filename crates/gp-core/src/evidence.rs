@@ -57,7 +57,8 @@ impl LikelihoodOptions {
         }
     }
 
-    /// Whichever path is faster, with an error of at most 10⁻⁴ nats.
+    /// Whichever path is faster, with an error of at most 10⁻⁴ nats; 0.1 nats beyond 16,384 samples,
+    /// where there is no dense path.
     pub fn automatic() -> Self {
         Self {
             method: Method::Automatic,

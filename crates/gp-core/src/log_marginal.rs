@@ -87,7 +87,8 @@ const LARGEST_DENSE: usize = 16_384;
 /// Samples whose likelihood shows which pivots all samples need.
 const SAMPLE: usize = 512;
 
-/// Nats beyond which an error bound makes the automatic choice the dense path.
+/// Nats beyond which an error bound makes the automatic choice the dense path; what it may leave out
+/// where there is no dense path.
 const MAX_DOUBT: f64 = 0.1;
 
 /// Rounds of tightening before a certificate is given up.
@@ -260,6 +261,20 @@ impl<'a> LogMarginal<'a> {
             .filter(|p| p.error_bound() <= largest))
     }
 
+    /// Nats that the low-rank path may leave out.
+    ///
+    /// tr E and |α̂|² grow with n, so that the same pivots leave out some n² as many nats.
+    fn certificate(&self) -> f64 {
+        let asked = self.options.certificate;
+        let has_no_dense_path =
+            self.options.method == Method::Automatic && self.targets.len() > LARGEST_DENSE;
+        if has_no_dense_path {
+            asked.max(MAX_DOUBT)
+        } else {
+            asked
+        }
+    }
+
     /// The process at the rank that the certificate needs; `None` beyond `max_rank`.
     fn certified<C: Covariance>(
         &mut self,
@@ -268,7 +283,7 @@ impl<'a> LogMarginal<'a> {
         max_rank: usize,
     ) -> Result<Option<LowRank>, GpError> {
         let (x, noise_var) = (self.x, noise_std * noise_std);
-        let certificate = self.options.certificate;
+        let certificate = self.certificate();
         let trace_for = |sensitivity: f64| 2.0 * certificate / sensitivity;
         if self.pivots.is_empty() {
             self.learn_from_sample(covariance, noise_std);
@@ -314,7 +329,7 @@ impl<'a> LogMarginal<'a> {
         let targets: Vec<f64> = indices.iter().map(|&idx| self.targets[idx]).collect();
         let options = LikelihoodOptions {
             method: Method::Certified,
-            certificate: self.options.certificate * part * part,
+            certificate: self.certificate() * part * part,
         };
         let mut sample = LogMarginal::new(x.as_ref(), &targets, options);
         // Where it fails or needs too many pivots, those it found are as good a beginning.

@@ -99,6 +99,22 @@ fn low_rank_value_and_gradient_are_those_of_the_dense_path() {
     }
 }
 
+#[test]
+fn where_there_is_no_dense_path_the_automatic_choice_leaves_more_out() {
+    let x = curves::inputs(16_400);
+    let (covariance, targets) = (curves::covariance(2.0), curves::targets(&x));
+    let run = |options| {
+        let found = evidence(&covariance, 0.03, x.as_ref(), &targets, options);
+        found.unwrap().evaluation
+    };
+    let (automatic, tight) = (run(LikelihoodOptions::automatic()), run(certified(1e-4)));
+    assert_eq!(automatic.method, MethodUsed::Certified);
+    assert!(automatic.rank < tight.rank, "{automatic:?} {tight:?}");
+    let difference = automatic.log_marginal_likelihood - tight.log_marginal_likelihood;
+    let bound = automatic.error_bound + tight.error_bound;
+    assert!(difference.abs() <= bound, "{difference:e} {bound:e}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]

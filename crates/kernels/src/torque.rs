@@ -146,6 +146,26 @@ impl TorqueCovariance {
         self.coulomb.as_ref()
     }
 
+    /// A weighted sum of values of c, from its gradient: Euler's theorem.
+    ///
+    /// ```text
+    /// Σ_ab Q_ab c(x_a, x_b) = ½ Σ_i θ_i ∂/∂θ_i Σ_ab Q_ab c(x_a, x_b)      i over b, u, v, w
+    /// ```
+    /// as c is homogeneous of degree 2 in its standard deviations.
+    /// # Shapes
+    /// `gradient` in the order of θ; the entries of the length scales are not read.
+    /// # Panics
+    /// If there is not one entry per hyperparameter.
+    pub fn sum_of_its_gradient(&self, gradient: &[f64]) -> f64 {
+        assert_eq!(gradient.len(), self.n_params());
+        let n_linear = 1 + 3 * self.n_joints();
+        let (linear, rest) = gradient.split_at(n_linear);
+        let (of_se, of_coulomb) = rest.split_at(n_linear);
+        let of_features = linear.iter().chain(of_coulomb);
+        let products = (self.weights().into_iter().zip(of_features)).map(|(w, slope)| w * slope);
+        0.5 * (products.sum::<f64>() + self.se().signal_std() * of_se[0])
+    }
+
     /// Number of features of the terms that are inner products of features.
     fn n_features(&self) -> usize {
         1 + 3 * self.n_joints() + self.coulomb.as_ref().map_or(0, |c| c.coulomb_std().len())

@@ -88,3 +88,26 @@ fn wrong_counts_are_named() {
     };
     assert!(TorqueCovariance::new(two_joints_of_friction).is_err());
 }
+
+#[test]
+fn a_weighted_sum_follows_from_its_gradient() {
+    let x = mat![[1.0, 2.0, 4.0], [2.0, -2.0, 0.0], [0.3, 0.1, -1.0]];
+    let q = mat![[0.5, -1.0, 0.2], [-1.0, 2.0, 0.7], [0.2, 0.7, -0.3]];
+    for coulomb_std in [None, Some(vec![1.5])] {
+        let cov = TorqueCovariance::new(TorqueParams {
+            coulomb_std,
+            ..params()
+        })
+        .unwrap();
+        let k = cov.gram(x.as_ref());
+        let expected: f64 = (0..9).map(|i| q[(i / 3, i % 3)] * k[(i / 3, i % 3)]).sum();
+        let mut gradient = vec![0.0; cov.n_params()];
+        cov.gram_adjoint(x.as_ref(), q.as_ref(), &mut gradient);
+        let found = cov.sum_of_its_gradient(&gradient);
+        // Terms of up to 2 · 160.
+        assert!(
+            (found - expected).abs() <= 64.0 * f64::EPSILON * 320.0,
+            "{found} {expected}"
+        );
+    }
+}

@@ -11,10 +11,15 @@ use crate::baselines::require_targets;
 use crate::error::MtgpError;
 use crate::layout::Stacked;
 use crate::staged::{StageOne, fit_rank_from};
-use crate::task_fit::{MultiTaskOptions, TaskFit};
+use crate::task_fit::{MANY_SAMPLES, MultiTaskOptions, TaskFit};
 
 /// Samples of all tasks together that the first search sees, about.
 const FIRST_RUNG: usize = 280;
+
+/// Samples of all tasks together that a search before the last sees at most.
+///
+/// Beyond, each doubling moves the optimum by little and costs more than all before it.
+const LARGEST_RUNG: usize = 2240;
 
 /// Nats by which a higher rank must be more likely to be worth it.
 const WORTH_A_RANK: f64 = 1.0;
@@ -22,8 +27,8 @@ const WORTH_A_RANK: f64 = 1.0;
 /// Learns mGPs of several ranks.
 ///
 /// Each rank sets out as A.3 says, from the rank below, and from its own end on about
-/// half of the samples, whose search set out from a quarter of them, and so on down to
-/// some 280; those are spread evenly over the samples of each task.
+/// half of the samples, but 2240 at most, whose search set out from half of those, and so on down to
+/// some 280; they are spread evenly over the samples of each task.
 /// The lowest rank that came within a nat of the highest likelihood on a part is searched
 /// longest on the next, the others for a third of its evaluations.
 /// With [`Starts::Chapter`] it is A.3 as it stands for every rank: all samples, one start.
@@ -101,18 +106,40 @@ pub(crate) fn smaller_parts(
         Starts::Chapter => Vec::new(),
         Starts::Several => smaller_sizes(targets.len()),
     };
-    let part = |n_samples: usize| {
-        let (part, rows) = data.spread(n_samples)?;
-        let of_part = rows.iter().map(|&row| targets[row]).collect();
-        Ok((part, of_part))
-    };
+    let part = |n_samples: usize| part_of(data, targets, n_samples);
     sizes.into_iter().map(part).collect()
 }
 
-/// Numbers of samples of the searches before the last: 280, 560, …, up to ¾ of all.
+/// The part of the data that step 1 sees; `None` for all of them.
+///
+/// # Errors
+/// As for [`fit_rank_from`].
+pub(crate) fn part_for_step_1(
+    data: &Stacked,
+    targets: &[f64],
+    options: &MultiTaskOptions,
+) -> Result<Option<(Stacked, Vec<f64>)>, MtgpError> {
+    require_targets(data, targets)?;
+    let is_part = options.starts == Starts::Several && targets.len() > MANY_SAMPLES;
+    (is_part.then(|| part_of(data, targets, LARGEST_RUNG))).transpose()
+}
+
+/// About `n_samples` of the samples, spread evenly over those of each task.
+fn part_of(
+    data: &Stacked,
+    targets: &[f64],
+    n_samples: usize,
+) -> Result<(Stacked, Vec<f64>), MtgpError> {
+    let (part, rows) = data.spread(n_samples)?;
+    let of_part = rows.iter().map(|&row| targets[row]).collect();
+    Ok((part, of_part))
+}
+
+/// Numbers of samples of the searches before the last: 280, 560, …, up to ¾ of all and to 2240.
 fn smaller_sizes(n_samples: usize) -> Vec<usize> {
     let doubled = std::iter::successors(Some(FIRST_RUNG), |n| Some(2 * n));
-    doubled.take_while(|&n| 4 * n <= 3 * n_samples).collect()
+    let is_before_last = |n: &usize| *n <= LARGEST_RUNG && 4 * n <= 3 * n_samples;
+    doubled.take_while(is_before_last).collect()
 }
 
 #[cfg(test)]
@@ -124,5 +151,8 @@ mod tests {
         assert!(smaller_sizes(280).is_empty());
         assert_eq!(smaller_sizes(532), [280]);
         assert_eq!(smaller_sizes(1820), [280, 560, 1120]);
+        let largest = [280, 560, 1120, 2240];
+        assert_eq!(smaller_sizes(4000), largest);
+        assert_eq!(smaller_sizes(56_000), largest);
     }
 }

@@ -33,6 +33,7 @@ mod structured_prediction;
 mod task_cov;
 mod task_fit;
 mod task_noise;
+mod task_pairs;
 mod task_prior;
 mod task_row;
 mod task_start;

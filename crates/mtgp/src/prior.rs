@@ -1,12 +1,15 @@
 //! The multi-task prior of eq. (16), as a covariance of rows (x, task).
 
 use faer::{Mat, MatMut, MatRef};
-use kernels::{Covariance, ParamLayout, TorqueCovariance, column_mut, for_each_column};
+use kernels::{
+    Covariance, Crew, ParamLayout, TorqueCovariance, column_mut, column_panels, for_each_column,
+};
 
 use crate::error::MtgpError;
 use crate::layout::{split, with_task};
 use crate::runs::{Runs, TaskTable};
 use crate::task_cov::TaskCovariance;
+use crate::task_pairs::gram_sums;
 
 /// Columns that are worked on together: bounds the memory to (n, `PANEL`) a few times.
 const PANEL: usize = 128;
@@ -89,78 +92,6 @@ impl MultiTaskCovariance {
             self.input.add_cross(x_below, x_panel, below);
         }
     }
-
-    /// Adds the gradient of Σ_ab Q_ab (K^ρ)_γ(a)δ(b) c^x(x_a, x_b) with respect to θ^x.
-    ///
-    /// What is below the diagonal blocks stands for both triangles.
-    fn add_input_gram_adjoint(
-        &self,
-        x: MatRef<'_, f64>,
-        tasks: &[usize],
-        adjoint: MatRef<'_, f64>,
-        gradient: &mut [f64],
-    ) {
-        let n = x.nrows();
-        let (k_task, runs) = (self.task.k_task(), Runs::new(tasks));
-        let mut of_below = vec![0.0; gradient.len()];
-        let mut memory = panel_memory(n, n);
-        for (first, width) in panels(n) {
-            let mut panel = memory.as_mut().submatrix_mut(0, 0, n - first, width);
-            panel.fill(0.0);
-            let q = adjoint.submatrix(first, first, n - first, width);
-            for_each_column(q, |k, q| {
-                let weights = k_task.col_as_slice(tasks[first + k]);
-                let target = &mut column_mut(&mut panel, k)[k..];
-                runs.add_weighted(first + k, weights, &q[k..], target);
-            });
-
-            let (top, below) = panel.as_ref().split_at_row(width);
-            let x_panel = x.subrows(first, width);
-            self.input.gram_adjoint(x_panel, top, gradient);
-            if below.nrows() > 0 {
-                let x_below = x.subrows(first + width, below.nrows());
-                (self.input).cross_adjoint(x_below, x_panel, below, &mut of_below);
-            }
-        }
-        add_twice(gradient, &of_below);
-    }
-
-    /// Adds the gradient of the same sum with respect to the free entries of Λ.
-    fn add_task_gram_adjoint(
-        &self,
-        x: MatRef<'_, f64>,
-        tasks: &[usize],
-        adjoint: MatRef<'_, f64>,
-        gradient: &mut [f64],
-    ) {
-        let n = x.nrows();
-        let runs = Runs::new(tasks);
-        let mut diagonal = TaskTable::new(self.n_tasks());
-        let mut below = TaskTable::new(self.n_tasks());
-        let mut memory = panel_memory(n, n);
-        for (first, width) in panels(n) {
-            let mut panel = memory.as_mut().submatrix_mut(0, 0, n - first, width);
-            panel.fill(0.0);
-            self.add_input_panel(x, first, panel.as_mut());
-            let q = adjoint.submatrix(first, first, n - first, width);
-            for_each_column(q, |k, q| {
-                let (values, task) = (column_mut(&mut panel, k), tasks[first + k]);
-                diagonal.add_own(task, q[k] * values[k]);
-                below.add(&runs, first + k + 1, task, &q[k + 1..], &values[k + 1..]);
-            });
-        }
-        let mut of_below = vec![0.0; gradient.len()];
-        self.task.add_adjoint(below.sums(), &mut of_below);
-        self.task.add_adjoint(diagonal.sums(), gradient);
-        add_twice(gradient, &of_below);
-    }
-}
-
-/// target += 2 values
-fn add_twice(target: &mut [f64], values: &[f64]) {
-    for (target, value) in target.iter_mut().zip(values) {
-        *target += 2.0 * value;
-    }
 }
 
 /// First column and width of each panel of `n` columns.
@@ -206,7 +137,7 @@ impl Covariance for MultiTaskCovariance {
         theta
     }
 
-    fn add_gram(&self, x: MatRef<'_, f64>, mut out: MatMut<'_, f64>) {
+    fn add_gram(&self, x: MatRef<'_, f64>, out: MatMut<'_, f64>) {
         let (x, tasks) = split(x, self.n_tasks());
         let n = x.nrows();
         assert_eq!((out.nrows(), out.ncols()), (n, n));
@@ -214,18 +145,16 @@ impl Covariance for MultiTaskCovariance {
             return self.input.add_gram(x, out);
         }
         let (k_task, runs) = (self.task.k_task(), Runs::new(&tasks));
-        let mut memory = panel_memory(n, n);
-        for (first, width) in panels(n) {
-            let mut panel = memory.as_mut().submatrix_mut(0, 0, n - first, width);
-            panel.fill(0.0);
+        Crew::at_hand(n).for_each(column_panels(out, PANEL), |(first, mut out)| {
+            let mut panel = Mat::zeros(n - first, out.ncols());
             self.add_input_panel(x, first, panel.as_mut());
-            for k in 0..width {
+            for k in 0..out.ncols() {
                 let col = first + k;
-                let target = &mut column_mut(&mut out, col)[col..];
-                let values = &column_mut(&mut panel, k)[k..];
+                let target = &mut column_mut(&mut out, k)[col..];
+                let values = &panel.col_as_slice(k)[k..];
                 runs.add_weighted(col, k_task.col_as_slice(tasks[col]), values, target);
             }
-        }
+        });
     }
 
     fn add_cross(&self, x1: MatRef<'_, f64>, x2: MatRef<'_, f64>, mut out: MatMut<'_, f64>) {
@@ -273,11 +202,13 @@ impl Covariance for MultiTaskCovariance {
         if matches!(self.task, TaskCovariance::Ones { .. }) {
             return self.input.gram_adjoint(x, adjoint, gradient);
         }
+        let k_task = self.task.k_task();
+        let sums = gram_sums(&self.input, k_task.as_ref(), (x, &tasks), adjoint);
         let (of_input, of_task) = gradient.split_at_mut(self.input.n_params());
-        self.add_input_gram_adjoint(x, &tasks, adjoint, of_input);
-        if !of_task.is_empty() {
-            self.add_task_gram_adjoint(x, &tasks, adjoint, of_task);
+        for (slope, part) in of_input.iter_mut().zip(&sums.of_input) {
+            *slope += part;
         }
+        self.task.add_adjoint(sums.of_tasks.as_ref(), of_task);
     }
 
     fn cross_adjoint(

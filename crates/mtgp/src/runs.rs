@@ -66,11 +66,6 @@ impl TaskTable {
             self.sums[(row_task, task)] += dot(&q[rows.clone()], &k[rows]);
         }
     }
-
-    /// Adds one product of an entry that a task has with itself.
-    pub fn add_own(&mut self, task: usize, product: f64) {
-        self.sums[(task, task)] += product;
-    }
 }
 
 /// Σ_a a_i b_i, in eight lanes that vector instructions can take together.

@@ -14,6 +14,7 @@ use gp_core::{GpError, LogMarginal, Starts};
 use crate::baselines::{fit_independent, fit_pooled, pooled_moments};
 use crate::climb::{Start, climb};
 use crate::error::MtgpError;
+use crate::ladder::part_for_step_1;
 use crate::layout::Stacked;
 use crate::prior::MultiTaskCovariance;
 use crate::rank_part::rank_part;
@@ -43,6 +44,7 @@ pub struct StageOne {
 impl StageOne {
     /// Learns pGP and iGP, and estimates K^ρ by the higher one.
     ///
+    /// Beyond 16,384 samples from some 2240 of them, unless the starts are the chapter's.
     /// # Shapes
     /// `targets` (n,), N·m, in the order of the rows of `data`: see [`Stacked::stack`].
     /// # Errors
@@ -52,6 +54,10 @@ impl StageOne {
         targets: &[f64],
         options: &MultiTaskOptions,
     ) -> Result<Self, MtgpError> {
+        // DEVIATION(A.3): the chapter's step 1 sees all samples.
+        if let Some((part, of_part)) = part_for_step_1(data, targets, options)? {
+            return Self::new(&part, &of_part, options);
+        }
         let pooled = fit_pooled(data, targets, options)?;
         let independent = fit_independent(data, targets, options)?;
         Self::from_fits(data, targets, pooled, independent, options)

@@ -24,7 +24,7 @@ pub struct MultiTaskOptions {
     /// Likelihoods with gradient that each search may use.
     pub max_evaluations: usize,
     /// Floating-point operations, n³ for each likelihood, after which a search for Λ
-    /// ends sooner than that, though not before 80 likelihoods.
+    /// ends sooner than that, though not before 80 likelihoods; 24 beyond 16,384 samples.
     pub max_flops: f64,
     /// Those that each of several starts gets before all but the highest are left.
     pub screening: usize,
@@ -70,8 +70,13 @@ impl MultiTaskOptions {
     }
 }
 
-/// Likelihoods that a search may compute however many samples there are.
+/// Likelihoods that a search may compute up to `MANY_SAMPLES`, and beyond.
 const FEWEST_EVALUATIONS: usize = 80;
+const FEWEST_ON_MANY: usize = 24;
+
+/// Samples of all tasks together beyond which step 1 sees a part of them, and the search on all only
+/// adjusts what was found on that part: as many as a likelihood by the dense path takes.
+pub(crate) const MANY_SAMPLES: usize = 16_384;
 
 /// Evaluations from which several starts are searched for a while before one is chosen;
 /// with fewer, their first likelihoods decide.
@@ -89,7 +94,12 @@ impl MultiTaskOptions {
     )]
     pub(crate) fn on(&self, n_samples: usize) -> Self {
         let affordable = self.max_flops / (n_samples as f64).powi(3);
-        let fewest = FEWEST_EVALUATIONS.min(self.max_evaluations);
+        let fewest = if n_samples > MANY_SAMPLES {
+            FEWEST_ON_MANY
+        } else {
+            FEWEST_EVALUATIONS
+        };
+        let fewest = fewest.min(self.max_evaluations);
         let most = self.max_evaluations as f64;
         let max_evaluations = affordable.clamp(fewest as f64, most) as usize;
         Self {
@@ -281,5 +291,20 @@ impl TaskFit {
             return Err(GpError::WrongCovariates { found, expected }.into());
         }
         self.covariance().rows_of(x, task)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::MultiTaskOptions;
+
+    #[test]
+    fn more_samples_leave_fewer_evaluations() {
+        let options = MultiTaskOptions::several();
+        let evaluations = |n_samples| options.on(n_samples).max_evaluations;
+        assert_eq!(evaluations(280), 2000);
+        assert_eq!([1820, 16_384].map(evaluations), [80, 80]);
+        assert_eq!(evaluations(56_000), 24);
+        assert_eq!(MultiTaskOptions::chapter().on(56_000).max_evaluations, 300);
     }
 }

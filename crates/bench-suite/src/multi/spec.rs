@@ -64,13 +64,15 @@ pub struct MultiExperiment {
     pub text: Prose,
 }
 
-/// Joints, sizes and repeats instead of the profile's.
+/// Joints, sizes, ranks and repeats instead of the profile's.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct MultiSelection {
     /// Joints instead of the profile's.
     pub joints: Option<Vec<usize>>,
     /// Sizes instead of the profile's.
     pub totals: Option<Vec<usize>>,
+    /// Ranks instead of the profile's.
+    pub ranks: Option<Vec<usize>>,
     /// Draws of the subsets beyond the first.
     pub n_more_repeats: usize,
 }
@@ -131,6 +133,7 @@ impl MultiExperiment {
         };
         replace(&mut scope.joints, &selection.joints);
         replace(&mut scope.totals, &selection.totals);
+        replace(&mut scope.ranks, &selection.ranks);
         self.validate(&scope)
             .map_err(|message| refuse(&self.name, message))?;
         Ok(scope)

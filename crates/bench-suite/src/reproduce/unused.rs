@@ -19,6 +19,7 @@ pub(super) fn check(request: &Request, chosen: &Catalogue) -> Result<(), BenchEr
         ("--loads", selection.loads.is_some() && no_one, &one),
         ("--sizes", selection.sizes.is_some() && no_one, &one),
         ("--totals", multi.totals.is_some() && no_many, &many),
+        ("--ranks", multi.ranks.is_some() && no_many, &many),
         ("--repeats", multi.n_more_repeats > 0 && no_many, &many),
         (
             "--joints",

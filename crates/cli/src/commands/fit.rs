@@ -26,6 +26,20 @@ use crate::table::{self, Table};
 /// Rows of data above which the memory of a fit is worth a word: two matrices of 1 GB.
 const MANY_ROWS: usize = 11_000;
 
+/// Rows of data beyond which a process has a low rank, of up to `LARGEST_RANK`, or none at all.
+const LARGEST_DENSE: usize = 16_384;
+const LARGEST_RANK: usize = 2048;
+
+/// Bytes of a fit, roughly: two matrices of order n, or seven with so many columns as the rank.
+fn most_bytes(n_rows: usize) -> f64 {
+    let entries = if n_rows > LARGEST_DENSE {
+        7 * n_rows * LARGEST_RANK
+    } else {
+        2 * n_rows * n_rows
+    };
+    8.0 * entries as f64
+}
+
 /// Learn joint torques from measured states and torques, for one load or several
 ///
 /// DATA has a header with q1..qN, qd1..qdN, qdd1..qddN and tau1..tauN (or q_<joint>, …, tau_<joint>), in any column
@@ -215,7 +229,7 @@ fn check(file: &str, samples: &Samples, columns: &DataColumns) -> Result<(), Cli
         }
     }
     if n_rows > MANY_ROWS {
-        let gigabytes = 16.0 * (n_rows as f64).powi(2) / 1e9;
+        let gigabytes = most_bytes(n_rows) / 1e9;
         messages::warning(format!(
             "{file}: {n_rows} rows: a Gaussian process may take {gigabytes:.0} GB for each joint learned at a time"
         ));
