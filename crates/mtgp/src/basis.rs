@@ -90,8 +90,8 @@ impl<'a> Basis<'a> {
     /// pivots as B:   T = N L_P⁻¹,   NᵀN = I − σ²R⁻¹R⁻ᵀ,   N lower triangular
     /// ```
     /// N is the Cholesky factor of its matrix with rows and columns in reverse order, transposed and
-    /// put back in order. The identity counts as (1 + b²ε) I, so that rounding cannot make the
-    /// matrix indefinite: variances come out smaller by b²ε c(f, f) at most.
+    /// put back in order. Where rounding has made the matrix indefinite, the identity counts as
+    /// (1 + b²ε) I: variances then come out smaller by b²ε c(f, f) at most.
     /// # Errors
     /// [`gp_core::GpError::NotPositiveDefinite`] if a factor is not finite.
     pub fn whitening(&self) -> Result<TriangularRows, MtgpError> {
@@ -103,13 +103,15 @@ impl<'a> Basis<'a> {
         };
         let mut half = Mat::identity(order, order); // R⁻ᵀ
         solve_lower_triangular_in_place(r.transpose(), half.as_mut(), Par::Seq);
-        let bound = 1.0 + (order * order) as f64 * f64::EPSILON;
-        let mut known = faer::Scale(bound) * Mat::<f64>::identity(order, order);
-        add_inner_product(&mut known, -noise_var, half.as_ref());
-
         let last = order.saturating_sub(1);
-        let reversed = Mat::from_fn(order, order, |row, col| known[(last - row, last - col)]);
-        let factor = Factor::new(reversed)?;
+        // The matrix of N in reverse order, with `one` for the diagonal of the identity.
+        let reversed = |one: f64| {
+            let mut known = faer::Scale(one) * Mat::<f64>::identity(order, order);
+            add_inner_product(&mut known, -noise_var, half.as_ref());
+            Mat::from_fn(order, order, |row, col| known[(last - row, last - col)])
+        };
+        let above_one = 1.0 + (order * order) as f64 * f64::EPSILON;
+        let factor = Factor::new(reversed(1.0)).or_else(|_| Factor::new(reversed(above_one)))?;
         let l = factor.l();
         let n = Mat::from_fn(order, order, |row, col| {
             if col <= row {
