@@ -2,7 +2,7 @@
 
 use faer::mat;
 use gp_core::sampling::{
-    Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, LogDensity,
+    Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, LogDensity,
     effective_sample_size, normal_quantile, sample_chain, split_r_hat,
 };
 use gp_core::{GpError, LikelihoodOptions, LogMarginal};
@@ -234,4 +234,74 @@ fn chains_that_disagree_are_found_out() {
     // A chain that drifts is found out by its halves.
     let drift: Vec<f64> = (0..1000).map(|i| f64::from(i) / 100.0).collect();
     assert!(split_r_hat(&[drift]) > 1.5);
+}
+
+#[test]
+fn chains_in_the_coordinates_of_the_maximum_draw_from_the_same_posterior() {
+    let x = mat![[1.0], [-2.0], [0.5], [2.5], [-1.0]];
+    let mut posterior = toy(&x, &TARGETS);
+    let laplace = Laplace::climb(&mut posterior, &[-3.0, 0.5]).unwrap();
+
+    // A maximum: no neighbour is higher, and the slope is small beside that of the prior.
+    let mut gradient = [0.0; 2];
+    let highest = posterior.evaluate(laplace.mode(), &mut gradient).unwrap();
+    assert!((highest - laplace.log_density()).abs() < 1e-12);
+    assert!(
+        gradient.iter().all(|slope| slope.abs() < 0.05),
+        "{gradient:?}"
+    );
+
+    let mut sums = [0.0; 3];
+    for i in 0..200 {
+        for j in 0..200 {
+            let z = [
+                -12.0 + 16.0 * f64::from(i) / 199.0,
+                -18.0 + 30.0 * f64::from(j) / 199.0,
+            ];
+            let weight = (posterior.evaluate(&z, &mut [0.0; 2]).unwrap() - highest).exp();
+            for (sum, power) in sums.iter_mut().zip([1.0, z[0], z[1]]) {
+                *sum += weight * power;
+            }
+        }
+    }
+    let sample = |k| laplace.sample_chain(&mut toy(&x, &TARGETS), 2.0, &OPTIONS, 7, k);
+    let chains: Vec<Chain> = (0..4).map(|k| sample(k).unwrap()).collect();
+    let cases: [(Quantity, f64); 2] =
+        [(|z| z[0], sums[1] / sums[0]), (|z| z[1], sums[2] / sums[0])];
+    for (of, expected) in cases {
+        let values = columns(&chains, of);
+        let (mean, error) = mean_and_error(&values);
+        assert!(
+            (mean - expected).abs() < 4.0 * error,
+            "{mean} ± {error}, {expected}"
+        );
+        assert!(ChainSummary::of(&values).r_hat < 1.02);
+    }
+    assert_eq!(chains[1], sample(1).unwrap());
+}
+
+#[test]
+fn information_is_that_of_data_and_prior() {
+    let x = mat![[1.0], [-2.0], [0.5], [2.5], [-1.0]];
+    let posterior = toy(&x, &TARGETS);
+    let z = [-4.0_f64, -1.0_f64];
+    // C = u² xxᵀ + σ²I has the eigenvalues u²|x|² + σ² once and σ² four times.
+    let (u, noise_var) = (100.0 / (1.0 + 4.0_f64.exp()), 1e-4 + (-1.0_f64).exp());
+    let signal = 2.0 * u * u * 12.5 * (1.0 - u / 100.0); // ∂/∂z₀ of u²|x|²
+    let noise = (-1.0_f64).exp();
+    let largest = u * u * 12.5 + noise_var;
+    let expected = [
+        0.5 * (signal / largest).powi(2) + 0.25, // prior: standard deviation 2
+        0.5 * signal * noise / (largest * largest),
+        0.5 * (noise / largest).powi(2) + 2.0 * (noise / noise_var).powi(2) + 1.0 / 16.0,
+    ];
+    let information = posterior.information(&z).unwrap();
+    for (place, expected) in [(0, 0), (1, 0), (1, 1)].into_iter().zip(expected) {
+        // Central differences of step 10⁻⁴: an error of some 10⁻⁸.
+        let error = (information[place] - expected).abs();
+        assert!(
+            error < 1e-6 * expected.abs().max(1.0),
+            "{place:?} {error:e}"
+        );
+    }
 }

@@ -7,8 +7,11 @@ use faer::linalg::triangular_solve::{
 use faer::{Accum, ColMut, Mat, MatRef, Par};
 use gp_core::{Factor, FitPosterior, LowRankParts};
 
+use crate::error::MtgpError;
 use crate::layout::split;
 use crate::prior::MultiTaskCovariance;
+use crate::sequential::product;
+use crate::triangular_rows::TriangularRows;
 
 /// The points that a posterior is expressed in, with its factors there.
 ///
@@ -78,6 +81,48 @@ impl<'a> Basis<'a> {
                 Some((parts.noise_factor.as_ref(), noise_var))
             }
         }
+    }
+
+    /// T with cov_D(f, g) = c(f, g) − (T c(B, f))ᵀ (T c(B, g)), lower triangular.
+    ///
+    /// ```text
+    /// samples as B:  T = L⁻¹
+    /// pivots as B:   T = N L_P⁻¹,   NᵀN = I − σ²R⁻¹R⁻ᵀ,   N lower triangular
+    /// ```
+    /// N is the Cholesky factor of its matrix with rows and columns in reverse order, transposed and
+    /// put back in order. Where rounding has made the matrix indefinite, the identity counts as
+    /// (1 + b²ε) I: variances then come out smaller by b²ε c(f, f) at most.
+    /// # Errors
+    /// [`gp_core::GpError::NotPositiveDefinite`] if a factor is not finite.
+    pub fn whitening(&self) -> Result<TriangularRows, MtgpError> {
+        let order = self.weights.len();
+        let mut inverse = Mat::identity(order, order); // L⁻¹
+        solve_lower_triangular_in_place(self.l(), inverse.as_mut(), Par::Seq);
+        let Some((r, noise_var)) = self.pivot_noise() else {
+            return Ok(TriangularRows::lower(inverse.as_ref()));
+        };
+        let mut half = Mat::identity(order, order); // R⁻ᵀ
+        solve_lower_triangular_in_place(r.transpose(), half.as_mut(), Par::Seq);
+        let last = order.saturating_sub(1);
+        // The matrix of N in reverse order, with `one` for the diagonal of the identity.
+        let reversed = |one: f64| {
+            let mut known = faer::Scale(one) * Mat::<f64>::identity(order, order);
+            add_inner_product(&mut known, -noise_var, half.as_ref());
+            Mat::from_fn(order, order, |row, col| known[(last - row, last - col)])
+        };
+        let above_one = 1.0 + (order * order) as f64 * f64::EPSILON;
+        let factor = Factor::new(reversed(1.0)).or_else(|_| Factor::new(reversed(above_one)))?;
+        let l = factor.l();
+        let n = Mat::from_fn(order, order, |row, col| {
+            if col <= row {
+                l[(last - col, last - row)]
+            } else {
+                0.0
+            }
+        });
+        Ok(TriangularRows::lower(
+            product(n.as_ref(), inverse.as_ref()).as_ref(),
+        ))
     }
 
     /// c(F, F) → cov_D(F, F) with both triangles equal to the bit, from `cross` = c(B, F).

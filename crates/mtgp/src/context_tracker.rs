@@ -5,6 +5,7 @@ use gp_core::{FitPosterior, GpError};
 use crate::context_estimate::{ContextPrior, require_count};
 use crate::context_filter::{ContextFilter, ContextTransition};
 use crate::error::MtgpError;
+use crate::outliers::Outliers;
 use crate::prior::MultiTaskCovariance;
 use crate::sample_window::SampleWindow;
 
@@ -23,7 +24,8 @@ use crate::sample_window::SampleWindow;
 /// w should be short beside the delay that is allowed.
 ///
 /// A step takes O(b²r + w r² b + m w² + m w r²) per joint for b basis points, all of it in memory
-/// that was set aside at the start.
+/// that was set aside at the start; what depends on the posterior alone, O(b³), is done once, and
+/// shared by copies.
 /// The dense path has b = n; 1 kHz asks for a low-rank posterior, or few samples.
 /// # Source
 /// Eq. (21) with the Markov prior of section 5.
@@ -41,7 +43,8 @@ impl ContextTracker {
     /// One posterior per joint; `window` w, in samples.
     /// # Errors
     /// [`MtgpError::NoJoints`]; [`MtgpError::CountMismatch`] if joints, prior and chain differ in
-    /// their number of contexts, or joints in their covariates.
+    /// their number of contexts, or joints in their covariates; [`GpError::NotPositiveDefinite`]
+    /// if a posterior's factor is not finite.
     pub fn new<'a>(
         joints: impl IntoIterator<Item = &'a FitPosterior<MultiTaskCovariance>>,
         window: usize,
@@ -50,7 +53,7 @@ impl ContextTracker {
     ) -> Result<Self, MtgpError> {
         let joints: Vec<SampleWindow> = (joints.into_iter())
             .map(|posterior| SampleWindow::new(posterior, window))
-            .collect();
+            .collect::<Result<_, _>>()?;
         let n_covariates = joints.first().ok_or(MtgpError::NoJoints)?.n_covariates();
         let filter = ContextFilter::new(prior, transition)?;
         let n_contexts = filter.log_probabilities().len();
@@ -80,6 +83,20 @@ impl ContextTracker {
             joint.add_noise(noise_std);
         }
         Ok(self)
+    }
+
+    /// The tracker for torques of which some are off by more than the model allows for.
+    ///
+    /// A state far from those learned, such as the millisecond in which feed-forward of friction
+    /// turns before the joint does, can be implausible under every context; without outliers, the
+    /// least implausible one wins however long another was right.
+    /// With a window, a torque that was off stays in it.
+    #[must_use]
+    pub fn with_outliers(mut self, outliers: Outliers) -> Self {
+        for joint in &mut self.joints {
+            joint.expect_outliers(outliers);
+        }
+        self
     }
 
     /// Takes a sample in, and returns log P_s, (m,).

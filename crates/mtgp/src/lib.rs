@@ -19,6 +19,7 @@ mod layout;
 mod model;
 mod noise_free;
 mod novel_context;
+mod outliers;
 mod predictive;
 mod prior;
 mod rank_part;
@@ -38,6 +39,7 @@ mod task_prior;
 mod task_row;
 mod task_start;
 mod torque_noise;
+mod triangular_rows;
 mod unknown_context;
 mod window_factor;
 
@@ -63,6 +65,7 @@ pub use novel_context::{
     Border, NewTorques, RowFit, fit_row, fit_row_from_population, log_density_of_row,
     log_density_of_row_with_gradient,
 };
+pub use outliers::Outliers;
 pub use predictive::{ContextModel, PredictiveDensity};
 pub use prior::MultiTaskCovariance;
 pub use rank_part::{RankPart, rank_part};

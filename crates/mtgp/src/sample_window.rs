@@ -1,8 +1,12 @@
 //! The density of one joint's next torque given its last few, for every context.
 
+use std::sync::Arc;
+
 use gp_core::FitPosterior;
 
+use crate::error::MtgpError;
 use crate::latent_predictor::{LatentPredictor, LatentSample};
+use crate::outliers::Outliers;
 use crate::prior::MultiTaskCovariance;
 use crate::task_row::TaskRow;
 use crate::window_factor::WindowFactor;
@@ -14,9 +18,11 @@ use crate::window_factor::WindowFactor;
 /// ```
 #[derive(Debug, Clone)]
 pub(crate) struct SampleWindow {
-    predictor: LatentPredictor,
+    /// Shared by all copies of a tracker.
+    predictor: Arc<LatentPredictor>,
     rows: Vec<TaskRow>,
     noise_var: f64,
+    outliers: Outliers,
     /// w.
     window: usize,
     /// States of the window and of the next sample, (w + 1,), in a ring.
@@ -31,26 +37,37 @@ pub(crate) struct SampleWindow {
 }
 
 impl SampleWindow {
-    pub fn new(posterior: &FitPosterior<MultiTaskCovariance>, window: usize) -> Self {
-        let predictor = LatentPredictor::new(posterior);
+    /// # Errors
+    /// As for [`LatentPredictor::new`].
+    pub fn new(
+        posterior: &FitPosterior<MultiTaskCovariance>,
+        window: usize,
+    ) -> Result<Self, MtgpError> {
+        let predictor = LatentPredictor::new(posterior)?;
         let rows = posterior.covariance().task().rows();
         let rank = rows.first().map_or(0, |row| row.entries.len());
-        Self {
+        Ok(Self {
             samples: vec![predictor.sample(); window + 1],
             factors: vec![WindowFactor::new(window + 1); rows.len()],
             blocks: vec![0.0; (window + 1) * rank * rank],
             covariances: vec![0.0; window + 1],
             noise_var: posterior.noise_std() * posterior.noise_std(),
-            predictor,
+            outliers: Outliers::NONE,
+            predictor: Arc::new(predictor),
             rows,
             window,
             first: 0,
-        }
+        })
     }
 
     /// Adds noise to that of the model.
     pub fn add_noise(&mut self, noise_std: f64) {
         self.noise_var += noise_std * noise_std;
+    }
+
+    /// Lets torques be off.
+    pub fn expect_outliers(&mut self, outliers: Outliers) {
+        self.outliers = outliers;
     }
 
     /// Number of contexts m.
@@ -81,8 +98,8 @@ impl SampleWindow {
             }
             let residual = torque - row.dot(mean);
             let factor = &mut self.factors[context];
-            log_densities[context] +=
-                factor.append(&self.covariances[..=held], self.noise_var, residual);
+            let (z, std) = factor.append(&self.covariances[..=held], self.noise_var, residual);
+            log_densities[context] += self.outliers.log_density(z) - std.ln();
         }
     }
 

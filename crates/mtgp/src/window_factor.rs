@@ -33,14 +33,14 @@ impl WindowFactor {
         self.order
     }
 
-    /// Log density of the next residual given those held, which it joins.
+    /// The next residual given those held, which it joins: whitened, and its standard deviation.
     ///
     /// ```text
-    /// l = L⁻¹a,   v = σ² + (c − lᵀl)₊,   log N(e; lᵀz, v)
+    /// l = L⁻¹a,   v = σ² + (c − lᵀl)₊,   ((e − lᵀz)/√v, √v)
     /// ```
     /// # Shapes
     /// `covariances` a and then c, of the latent torque, (order + 1,).
-    pub fn append(&mut self, covariances: &[f64], noise_var: f64, residual: f64) -> f64 {
+    pub fn append(&mut self, covariances: &[f64], noise_var: f64, residual: f64) -> (f64, f64) {
         let (order, capacity) = (self.order, self.capacity);
         let (above, row) = self.l.split_at_mut(order * capacity);
         for (col, covariance) in covariances[..order].iter().enumerate() {
@@ -56,7 +56,7 @@ impl WindowFactor {
         row[order] = std;
         self.z[order] = z;
         self.order += 1;
-        -0.5 * (z * z + std::f64::consts::TAU.ln()) - std.ln()
+        (z, std)
     }
 
     /// Takes the newest residual out.
@@ -109,15 +109,19 @@ mod tests {
             .collect()
     }
 
+    fn log_density((z, std): (f64, f64)) -> f64 {
+        -0.5 * (z * z + std::f64::consts::TAU.ln()) - std.ln()
+    }
+
     #[test]
     fn first_density_by_hand() {
         let mut factor = WindowFactor::new(2);
         // Variance 3 + 1: z = 2/2.
-        let value = factor.append(&[3.0], 1.0, 2.0);
+        let value = log_density(factor.append(&[3.0], 1.0, 2.0));
         let expected = -0.5 - 2.0_f64.ln() - 0.5 * std::f64::consts::TAU.ln();
         assert!((value - expected).abs() <= 4.0 * f64::EPSILON, "{value}");
         // Covariance 2 with it, variance 2 + 1: l = 1, v = 2, mean z = 1.
-        let value = factor.append(&[2.0, 2.0], 1.0, 1.0);
+        let value = log_density(factor.append(&[2.0, 2.0], 1.0, 1.0));
         let expected = -0.5 * (2.0 * std::f64::consts::TAU).ln();
         assert!((value - expected).abs() <= 4.0 * f64::EPSILON, "{value}");
     }
@@ -131,11 +135,11 @@ mod tests {
             if sliding.order() == 4 {
                 sliding.drop_first();
             }
-            let value = sliding.append(&covariances(idx, first), 0.1, *residual);
+            let value = log_density(sliding.append(&covariances(idx, first), 0.1, *residual));
             let mut fresh = WindowFactor::new(4);
             let mut expected = 0.0;
             for (other, residual) in residuals.iter().enumerate().take(idx + 1).skip(first) {
-                expected = fresh.append(&covariances(other, first), 0.1, *residual);
+                expected = log_density(fresh.append(&covariances(other, first), 0.1, *residual));
             }
             assert!(
                 (value - expected).abs() <= 1e-12,

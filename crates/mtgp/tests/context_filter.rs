@@ -5,7 +5,7 @@ use faer::{Mat, mat};
 use gp_core::{FitPosterior, LikelihoodOptions, Method};
 use mtgp::{
     ContextFilter, ContextPrior, ContextTracker, ContextTransition, JointTorques, MtgpError,
-    MultiTaskCovariance, context_evidence,
+    MultiTaskCovariance, Outliers, context_evidence,
 };
 
 use crate::eq_21::{assert_close, dense};
@@ -262,4 +262,30 @@ fn chains_and_priors_that_do_not_fit_are_refused() {
     let none: [&Model; 0] = [];
     let empty = ContextTracker::new(none, 1, &prior, ContextTransition::none(2));
     assert_eq!(empty.unwrap_err(), MtgpError::NoJoints);
+}
+
+#[test]
+fn a_torque_that_no_context_explains_does_not_unseat_the_one_that_is_right() {
+    let models = [dense(&four_tasks_of_rank_two(1, 10))];
+    let x = path();
+    let chain = || ContextTransition::switching(M, 0.5, 1e-3).unwrap();
+    let truth = models[0].covariance().rows_of(x.as_ref(), 2).unwrap();
+    let mean = models[0].predict_mean(truth.as_ref()).unwrap();
+    let believed = |mut tracker: ContextTracker, error: f64| {
+        for (row, torque) in mean.iter().enumerate() {
+            let is_last = row + 1 == N_NEW;
+            let torque = torque + if is_last { error } else { 0.0 };
+            tracker.step(&state(&x, row), &[Some(torque)]).unwrap();
+        }
+        tracker.filter().most_probable()
+    };
+    let plain = || tracker(&models, 0, chain());
+    let tolerant = || plain().with_outliers(Outliers::new(0.01, 100.0).unwrap());
+    assert_eq!(believed(plain(), 0.0), 2);
+    assert_eq!(believed(tolerant(), 0.0), 2);
+    // Far beyond what any context has: the nearest of them wins, or none gains anything.
+    for error in [-30.0, 30.0] {
+        assert_ne!(believed(plain(), error), 2, "{error}");
+        assert_eq!(believed(tolerant(), error), 2, "{error}");
+    }
 }

@@ -134,6 +134,9 @@ impl MultiExperiment {
         replace(&mut scope.joints, &selection.joints);
         replace(&mut scope.totals, &selection.totals);
         replace(&mut scope.ranks, &selection.ranks);
+        if let (Some(ranks), Some(shared)) = (&selection.ranks, &mut scope.shared) {
+            shared.ranks.retain(|rank| ranks.contains(rank));
+        }
         self.validate(&scope)
             .map_err(|message| refuse(&self.name, message))?;
         Ok(scope)

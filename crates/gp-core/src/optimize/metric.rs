@@ -26,7 +26,7 @@ impl Metric {
     }
 
     /// L⁻ᵀ v
-    fn step(&self, v: &[f64]) -> Vec<f64> {
+    pub fn step(&self, v: &[f64]) -> Vec<f64> {
         let mut out = v.to_vec();
         let column = ColMut::from_slice_mut(&mut out).as_mat_mut();
         solve_upper_triangular_in_place(self.l.transpose(), column, Par::Seq);
@@ -34,7 +34,7 @@ impl Metric {
     }
 
     /// L⁻¹ v, in place.
-    fn pull_back(&self, v: &mut [f64]) {
+    pub fn pull_back(&self, v: &mut [f64]) {
         let column = ColMut::from_slice_mut(v).as_mat_mut();
         solve_lower_triangular_in_place(self.l.as_ref(), column, Par::Seq);
     }

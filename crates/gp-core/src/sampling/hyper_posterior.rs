@@ -2,10 +2,12 @@
 
 use std::f64::consts::TAU;
 
+use faer::{Mat, MatRef};
 use kernels::{Component, Covariance, Jitter, ParamLayout, Transform};
 
 use super::log_density::LogDensity;
 use crate::error::GpError;
+use crate::fisher::fisher_information;
 use crate::search::{Likelihood, n_samples};
 
 /// Standard deviation of log θ: a factor of e² either way is one of them.
@@ -144,6 +146,36 @@ impl<C: Covariance, L: Likelihood<C>> HyperPosterior<C, L> {
     /// The prior.
     pub fn prior(&self) -> &HyperPrior {
         &self.prior
+    }
+}
+
+impl<C: Covariance + Clone, L: Likelihood<C>> HyperPosterior<C, L> {
+    /// What data and prior say of z: the Fisher information and the prior's precision, (d, d).
+    ///
+    /// ```text
+    /// ½ tr(C⁻¹ ∂C/∂z_i C⁻¹ ∂C/∂z_j) + δ_ij/s_i²,   C = K + σ²I
+    /// ```
+    /// Lower triangle; `None` where C is not positive definite in double precision.
+    /// # Source
+    /// Rasmussen & Williams 2006, eq. (5.9), of whose gradient it is the covariance.
+    pub fn information(&self, z: &[f64]) -> Option<Mat<f64>> {
+        let mut trial = self.covariance.clone();
+        let covariance = |x: MatRef<'_, f64>, z: &[f64]| {
+            let theta = self.prior.natural(z);
+            let (noise_std, of_covariance) = theta.split_last().expect("σ is the last");
+            trial.set_params(of_covariance);
+            let mut c = Mat::zeros(x.nrows(), x.nrows());
+            trial.add_gram(x, c.as_mut());
+            for idx in 0..x.nrows() {
+                c[(idx, idx)] += noise_std * noise_std;
+            }
+            c
+        };
+        let mut information = fisher_information(&self.likelihood.parts(), z, covariance)?;
+        for (idx, std) in self.prior.std.iter().enumerate() {
+            information[(idx, idx)] += (std * std).recip();
+        }
+        Some(information)
     }
 }
 

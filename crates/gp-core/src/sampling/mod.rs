@@ -10,6 +10,7 @@
 mod chain_summary;
 mod gaussian_mixture;
 mod hyper_posterior;
+mod laplace;
 mod log_density;
 mod normal;
 mod nuts;
@@ -17,6 +18,7 @@ mod nuts;
 pub use chain_summary::{ChainSummary, effective_sample_size, split_r_hat};
 pub use gaussian_mixture::GaussianMixture;
 pub use hyper_posterior::{HyperPosterior, HyperPrior};
+pub use laplace::Laplace;
 pub use log_density::LogDensity;
 pub use normal::{normal_cdf, normal_quantile};
 pub use nuts::{Chain, ChainOptions, sample_chain};

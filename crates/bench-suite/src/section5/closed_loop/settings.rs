@@ -62,6 +62,10 @@ pub struct Switch {
     pub rate: f64,
     /// Samples that the tracker takes together.
     pub window: usize,
+    /// Part of the torques that the tracker takes for outliers.
+    pub outlier_probability: f64,
+    /// Their standard deviation in those that the model says.
+    pub outlier_spread: f64,
 }
 
 impl Settings {

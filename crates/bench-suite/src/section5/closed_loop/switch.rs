@@ -1,6 +1,6 @@
 //! A load changed for another in mid-motion, with feed-forward of whichever load the tracker believes in.
 
-use mtgp::{ContextPrior, ContextTracker, ContextTransition, MtgpError, MultiTaskModel};
+use mtgp::{ContextPrior, ContextTracker, ContextTransition, MtgpError, MultiTaskModel, Outliers};
 use puma_dyn::{FeedForward, JointState, ReferenceMotion, Tick};
 use rayon::prelude::*;
 
@@ -187,12 +187,9 @@ impl Switching<'_> {
         let prior = ContextPrior::uniform(m)?;
         let switch = &self.settings.switch;
         let chain = ContextTransition::switching(m, switch.rate, PERIOD)?;
-        Ok(ContextTracker::new(
-            posteriors,
-            switch.window,
-            &prior,
-            chain,
-        )?)
+        let tracker = ContextTracker::new(posteriors, switch.window, &prior, chain)?;
+        let outliers = Outliers::new(switch.outlier_probability, switch.outlier_spread)?;
+        Ok(tracker.with_outliers(outliers))
     }
 }
 

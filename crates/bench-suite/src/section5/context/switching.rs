@@ -58,10 +58,17 @@ pub fn report(
     let mut rows = Vec::new();
     let all = changes(tested, model.contexts().len(), settings.switch_places);
     for &window in &settings.windows {
-        let outcomes: Vec<Outcome> = all
+        let trackers: Vec<ContextTracker> = tested
             .par_iter()
-            .map(|change| follow(*change, window, model, bench, settings))
+            .map(|trajectory| tracker(*trajectory, window, model, settings))
             .collect::<Result<_, BenchError>>()?;
+        let of = |change: &Change| {
+            let own = tested.iter().zip(&trackers);
+            let mut own = own.filter(|(trajectory, _)| **trajectory == change.trajectory);
+            let (_, tracker) = own.next().expect("a tracker per trajectory");
+            follow(*change, tracker.clone(), bench, settings)
+        };
+        let outcomes: Vec<Outcome> = all.par_iter().map(of).collect::<Result<_, BenchError>>()?;
         found(window, &outcomes, settings, section);
         rows.extend(outcomes.iter().map(|outcome| line(window, outcome)));
     }
@@ -86,28 +93,40 @@ fn changes(tested: &[TrajectoryId], m: usize, n_places: usize) -> Vec<Change> {
     tested.iter().flat_map(of_trajectory).collect()
 }
 
-fn follow(
-    change: Change,
+/// Time between two samples, s.
+fn interval(trajectory: TrajectoryId) -> f64 {
+    Scenario::reference().duration(trajectory.speed_idx) / N_SAMPLES as f64
+}
+
+/// A tracker before its first sample; copies of it share what is costly.
+fn tracker(
+    trajectory: TrajectoryId,
     window: usize,
     model: &MultiTaskModel,
-    bench: &Bench,
     settings: &Settings,
-) -> Result<Outcome, BenchError> {
+) -> Result<ContextTracker, BenchError> {
     let m = model.contexts().len();
-    let interval = Scenario::reference().duration(change.trajectory.speed_idx) / N_SAMPLES as f64;
-    let is_looked_at = |n: &usize| *n as f64 * interval <= HORIZON + 1e-9;
-    let after = (1..=N_SAMPLES).take_while(is_looked_at).count();
-    let (x, torques) = motion(change, after, bench, settings.switch_noise);
-
     let posteriors = model
         .learned()
         .iter()
         .map(|(_, process)| &process.posterior);
     let prior = ContextPrior::uniform(m)?;
-    let chain = ContextTransition::switching(m, settings.switching_rate, interval)?;
+    let chain = ContextTransition::switching(m, settings.switching_rate, interval(trajectory))?;
     let noise = vec![settings.switch_noise; model.learned().len()];
     let tracker = ContextTracker::new(posteriors, window, &prior, chain)?;
-    let mut tracker = tracker.with_torque_noise(&noise)?;
+    Ok(tracker.with_torque_noise(&noise)?)
+}
+
+fn follow(
+    change: Change,
+    mut tracker: ContextTracker,
+    bench: &Bench,
+    settings: &Settings,
+) -> Result<Outcome, BenchError> {
+    let interval = interval(change.trajectory);
+    let is_looked_at = |n: &usize| *n as f64 * interval <= HORIZON + 1e-9;
+    let after = (1..=N_SAMPLES).take_while(is_looked_at).count();
+    let (x, torques) = motion(change, after, bench, settings.switch_noise);
 
     let mut steps = Vec::with_capacity(x.nrows());
     let mut delay = None;

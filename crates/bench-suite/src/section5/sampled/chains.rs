@@ -1,10 +1,10 @@
 //! Chains of hyperparameters of a multi-task process.
 
 use gp_core::sampling::{
-    Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, LogDensity,
+    Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, LogDensity,
 };
 use gp_core::{FitPosterior, LikelihoodOptions, LogMarginal, chapter_start};
-use kernels::{Covariance, TorqueForm};
+use kernels::{Component, Covariance, ParamSpec, TorqueForm};
 use mtgp::{MultiTaskCovariance, Stacked, TaskProcess};
 use rayon::prelude::*;
 
@@ -14,15 +14,20 @@ use crate::error::BenchError;
 /// Seed of the chains; a joint and a chain number make a stream of it.
 const SEED: u64 = 2008;
 
+/// Starts of chains: their standard deviation in that of the normal density at the maximum.
+const SPREAD: f64 = 1.0;
+
 /// The chains of one joint and what they say of themselves.
 pub struct Drawn {
     chains: Vec<Chain>,
     prior: HyperPrior,
     covariance: MultiTaskCovariance,
-    /// The largest R̂ of the quantities compared.
-    pub r_hat: f64,
-    /// The smallest effective sample size of them.
-    pub size: f64,
+    /// What the likelihood knows: log density, σ and the prior variance of the squared exponential.
+    pub known: Agreement,
+    /// Correlations between loads.
+    pub correlations: Agreement,
+    /// Every coordinate, with the columns of Λ turned so that its diagonal is positive.
+    pub coordinates: Agreement,
     /// Over all chains.
     pub n_divergences: usize,
     /// Likelihoods with gradient of all chains.
@@ -56,17 +61,16 @@ pub fn draw(
         HyperPosterior::new(covariance.clone(), likelihood, prior.clone())
     };
     let seed = SEED + joint as u64;
+    let laplace = Laplace::climb(&mut posterior(), &start)?;
     let chains: Vec<Chain> = (0..settings.n_chains)
         .into_par_iter()
-        .map(|k| gp_core::sampling::sample_chain(&mut posterior(), &start, &options, seed, k))
+        .map(|k| laplace.sample_chain(&mut posterior(), SPREAD, &options, seed, k))
         .collect::<Result<_, _>>()?;
-    let summaries = summaries(&chains, &mut posterior());
+    let [known, correlations, coordinates] = agreements(&chains, &mut posterior(), &covariance);
     Ok(Drawn {
-        r_hat: summaries.iter().map(|s| s.r_hat).fold(0.0, f64::max),
-        size: summaries
-            .iter()
-            .map(|s| s.bulk_size)
-            .fold(f64::INFINITY, f64::min),
+        known,
+        correlations,
+        coordinates,
         n_divergences: chains.iter().map(|chain| chain.n_divergences).sum(),
         n_evaluations: chains.iter().map(|chain| chain.n_evaluations).sum(),
         chains,
@@ -86,34 +90,105 @@ fn prior(
     Ok(HyperPrior::about(&centre, moments.noise_std)?)
 }
 
-/// Of the log density, log σ and log(v² tr K^ρ).
-fn summaries(
+/// How well chains agree about some quantities.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Agreement {
+    /// The largest R̂ of them.
+    pub r_hat: f64,
+    /// The quantity that has it.
+    pub worst: String,
+    /// The smallest effective sample size of them.
+    pub size: f64,
+}
+
+impl Agreement {
+    /// Of named quantities, each with its values in the draws of every chain.
+    fn of(quantities: impl IntoIterator<Item = (String, Vec<Vec<f64>>)>) -> Self {
+        let mut agreement = Self {
+            r_hat: 1.0,
+            worst: String::new(),
+            size: f64::INFINITY,
+        };
+        for (name, chains) in quantities {
+            let summary = ChainSummary::of(&chains);
+            agreement.size = agreement.size.min(summary.bulk_size);
+            if summary.r_hat > agreement.r_hat || agreement.worst.is_empty() {
+                (agreement.r_hat, agreement.worst) = (summary.r_hat, name);
+            }
+        }
+        agreement
+    }
+}
+
+/// The values of all quantities at one draw, in the three groups of [`Drawn`].
+fn quantities(
+    z: &[f64],
+    posterior: &mut HyperPosterior<MultiTaskCovariance, LogMarginal<'_>>,
+    covariance: &mut MultiTaskCovariance,
+) -> [Vec<f64>; 3] {
+    let mut gradient = vec![0.0; z.len()];
+    let log_density = posterior.evaluate(z, &mut gradient);
+    let theta = posterior.prior().natural(z);
+    let (noise_std, of_covariance) = theta.split_last().expect("σ is the last");
+    covariance.set_params(of_covariance);
+    let variances = covariance.task().k_task();
+    let trace: f64 = (0..variances.nrows()).map(|i| variances[(i, i)]).sum();
+    let signal_std = covariance.input().se().signal_std();
+    let known = vec![
+        log_density.unwrap_or(f64::NEG_INFINITY),
+        noise_std.ln(),
+        (signal_std * signal_std * trace).ln(),
+    ];
+
+    let correlations = covariance.task().correlations();
+    let below = (1..correlations.nrows()).flat_map(|row| (0..row).map(move |col| (row, col)));
+    let correlations = below.map(|place| correlations[place]).collect();
+
+    let specs = posterior.prior().layout().specs();
+    let entry = |row, col| {
+        let is_it = |spec: &ParamSpec| spec.component == Component::Entry(row, col);
+        specs.iter().position(is_it).map_or(1.0, |idx| z[idx])
+    };
+    let turned = specs.iter().zip(z).map(|(spec, z)| match spec.component {
+        Component::Entry(_, col) => z * entry(col, col).signum(),
+        _ => *z,
+    });
+    [known, correlations, turned.collect()]
+}
+
+/// Of the log density, log σ and log(v² tr K^ρ); of correlations; of coordinates.
+fn agreements(
     chains: &[Chain],
     posterior: &mut HyperPosterior<MultiTaskCovariance, LogMarginal<'_>>,
-) -> [ChainSummary; 3] {
-    let mut quantities = [const { Vec::new() }; 3];
-    let mut gradient = vec![0.0; posterior.dimension()];
-    for chain in chains {
-        let mut of_chain = [const { Vec::new() }; 3];
-        for idx in 0..chain.draws.nrows() {
-            let z = row_of(&chain.draws, idx);
-            let log_density = posterior.evaluate(&z, &mut gradient);
-            of_chain[0].push(log_density.unwrap_or(f64::NEG_INFINITY));
-            let theta = posterior.prior().natural(&z);
-            let of_name = |name: &str| {
-                let range = posterior.prior().layout().range(name);
-                range.map_or(&[][..], |range| &theta[range])
-            };
-            let squares = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>();
-            of_chain[1].push(squares(of_name("noise_std")).ln());
-            let task = squares(of_name("task_factor"));
-            of_chain[2].push((squares(of_name("signal_std")) * task).ln());
-        }
-        for (all, of_chain) in quantities.iter_mut().zip(of_chain) {
-            all.push(of_chain);
-        }
-    }
-    quantities.map(|quantity| ChainSummary::of(&quantity))
+    covariance: &MultiTaskCovariance,
+) -> [Agreement; 3] {
+    let mut covariance = covariance.clone();
+    let draws: Vec<Vec<[Vec<f64>; 3]>> = (chains.iter())
+        .map(|chain| {
+            (0..chain.draws.nrows())
+                .map(|row| quantities(&row_of(&chain.draws, row), posterior, &mut covariance))
+                .collect()
+        })
+        .collect();
+    let m = covariance.n_tasks();
+    let pairs =
+        (1..m).flat_map(|row| (0..row).map(move |col| format!("c{}, c{}", row + 1, col + 1)));
+    let specs = posterior.prior().layout().specs().iter();
+    let names = [
+        ["log density", "σ", "signal variance"]
+            .map(String::from)
+            .to_vec(),
+        pairs.collect(),
+        specs.map(ToString::to_string).collect(),
+    ];
+    let mut groups = names.into_iter().enumerate().map(|(group, names)| {
+        Agreement::of(names.into_iter().enumerate().map(|(idx, name)| {
+            let of_chain =
+                |draws: &Vec<[Vec<f64>; 3]>| draws.iter().map(|d| d[group][idx]).collect();
+            (name, draws.iter().map(of_chain).collect())
+        }))
+    });
+    std::array::from_fn(|_| groups.next().expect("three groups"))
 }
 
 impl Drawn {

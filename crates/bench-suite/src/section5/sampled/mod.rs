@@ -14,7 +14,7 @@ use mtgp::MultiTaskCovariance;
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use self::chains::{Drawn, draw};
+use self::chains::{Agreement, Drawn, draw};
 use self::scores::{Held, Scores};
 use super::bench::Bench;
 use super::spec::Section5Experiment;
@@ -127,6 +127,8 @@ fn section(results: &[([Line; 2], Drawn)]) -> Section {
         "extrap: inside 95 %",
         "log density",
         "R̂",
+        "of correlations",
+        "of coordinates",
         "size",
         "divergences",
         "likelihoods",
@@ -144,8 +146,10 @@ fn section(results: &[([Line; 2], Drawn)]) -> Section {
             row.extend(match idx {
                 0 => std::array::from_fn(|_| "–".to_string()),
                 _ => [
-                    format!("{:.2}", drawn.r_hat),
-                    format!("{:.0}", drawn.size),
+                    format!("{:.3}", drawn.known.r_hat),
+                    format!("{:.3}", drawn.correlations.r_hat),
+                    format!("{:.3}", drawn.coordinates.r_hat),
+                    format!("{:.0}", drawn.known.size),
                     drawn.n_divergences.to_string(),
                     drawn.n_evaluations.to_string(),
                 ],
@@ -192,6 +196,25 @@ fn add_findings(section: &mut Section, results: &[([Line; 2], Drawn)]) {
             "the log density on extrap changes by {:+.2} nats per torque, averaged over {} joints",
             mean(&gain),
             results.len()
+        ),
+    );
+    let agreed = |of: fn(&Drawn) -> &Agreement| {
+        let worst = results
+            .iter()
+            .max_by(|a, b| of(&a.1).r_hat.total_cmp(&of(&b.1).r_hat));
+        worst.map_or(String::new(), |(lines, drawn)| {
+            let Agreement { r_hat, worst, .. } = of(drawn);
+            format!("{r_hat:.3} ({worst}, joint {})", lines[0].joint)
+        })
+    };
+    let divergences: usize = results.iter().map(|(_, drawn)| drawn.n_divergences).sum();
+    section.found(
+        "do the chains agree (R̂ below 1.01)?",
+        format!(
+            "the largest R̂ is {} of what the likelihood knows, {} of the correlations between loads, {} of the coordinates one by one; {divergences} divergences",
+            agreed(|drawn| &drawn.known),
+            agreed(|drawn| &drawn.correlations),
+            agreed(|drawn| &drawn.coordinates)
         ),
     );
     let evaluations: usize = results.iter().map(|(_, drawn)| drawn.n_evaluations).sum();
