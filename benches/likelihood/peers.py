@@ -122,10 +122,11 @@ def start(case, program, data, options):
     variables = environment(options.threads)
     serve = [program, "serve", "--data", data, "--hyperparameters", hyperparameters, "--n", str(options.n)]
     contestants = [Contestant(DENSE, serve, variables, "dense {shift!r}")]
-    for bound in ("1e-2", "1e-4"):
+    for bound in ("1e0", "1e-1") if case.model == "loads" else ("1e-2", "1e-4"):
         for kind, note in (("certified", "from nothing"), ("warm", "as in a fit")):
             name = f"torque-gp, certified to {bound}, {note}"
-            contestants.append(Contestant(name, serve, variables, f"{kind} {bound} {{shift!r}}", FAST_TURNS))
+            turns = 1 if case.model == "loads" else FAST_TURNS
+            contestants.append(Contestant(name, serve, variables, f"{kind} {bound} {{shift!r}}", turns))
     for name, module in case.peers().items():
         if reason := why_not(name, options):
             print(f"{name}: skipped, {reason}")
@@ -271,7 +272,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--threads", type=int, default=2, help="of every contestant; the certified path uses one")
     parser.add_argument("--models", default="full,smooth")
-    parser.add_argument("--joints", default="1,2,3,4,5,6", help="of the model of several loads")
+    parser.add_argument("--joints", default="3,6", help="of the model of several loads, with a file each in loads/")
     parser.add_argument("--only", help="peers to run, with commas between their names; default all")
     options = parser.parse_args()
     program = build_program()
