@@ -133,6 +133,24 @@ impl Factor {
         (quadratic, solution)
     }
 
+    /// K v = L (Lᵀ v).
+    ///
+    /// # Panics
+    /// If `vector` does not have one entry per row.
+    pub fn product(&self, vector: &[f64]) -> Vec<f64> {
+        let n = self.order();
+        assert_eq!(vector.len(), n);
+        let l = self.l();
+        let mut product = vec![0.0; n];
+        for col in 0..n {
+            let below = l.col(col).subrows(col, n - col);
+            let entries = || below.iter().zip(col..n);
+            let inner: f64 = entries().map(|(l, row)| l * vector[row]).sum();
+            entries().for_each(|(l, row)| product[row] += l * inner);
+        }
+        product
+    }
+
     /// K⁻¹b for one right-hand side.
     ///
     /// # Panics

@@ -5,7 +5,7 @@ use kernels::{Covariance, TorqueCovariance};
 
 use crate::data::{require_noise, require_training_data};
 use crate::error::GpError;
-use crate::evidence::{LikelihoodOptions, MethodUsed};
+use crate::evidence::{LikelihoodOptions, Method, MethodUsed};
 use crate::log_marginal::LogMarginal;
 use crate::low_rank::rounding_of_entries;
 use crate::low_rank_posterior::LowRankPosterior;
@@ -153,5 +153,32 @@ impl<C: Covariance> FitPosterior<C> {
                 (largest / posterior.noise_std()).powi(2)
             }
         }
+    }
+}
+
+impl<C: Covariance + Clone> FitPosterior<C> {
+    /// The same posterior on a few pivots: predictions then take O(r²) instead of O(n²).
+    ///
+    /// ```text
+    /// t = L Lᵀα,   the targets that it was conditioned on
+    /// ```
+    /// `certificate` is the error of the log marginal likelihood that the pivots may make, in nats.
+    /// A posterior that is on pivots, or that would need more than half of its samples as
+    /// pivots, stays as it is.
+    /// # Errors
+    /// As for [`FitPosterior::new`].
+    pub fn on_pivots(&self, certificate: f64) -> Result<Self, GpError> {
+        let Self::Dense(dense) = self else {
+            return Ok(self.clone());
+        };
+        let options = LikelihoodOptions {
+            method: Method::Certified,
+            certificate,
+        };
+        let targets = dense.factor().product(dense.alpha());
+        let covariance = dense.covariance().clone();
+        let on_pivots = Self::new(covariance, dense.noise_std(), dense.x(), &targets, options)?;
+        let is_smaller = 2 * on_pivots.rank() <= self.rank();
+        Ok(if is_smaller { on_pivots } else { self.clone() })
     }
 }

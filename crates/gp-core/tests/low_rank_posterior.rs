@@ -119,3 +119,36 @@ fn fit_by_the_low_rank_path_reports_it_and_predicts() {
     let error = (value.unwrap() - report.log_marginal).abs();
     assert!(error <= 2.0 * report.error_bound, "{error:e} {report:?}");
 }
+
+#[test]
+fn a_dense_posterior_goes_on_pivots() {
+    let x = curves::inputs(400);
+    let conditioned = |scale: f64| {
+        let options = LikelihoodOptions::dense();
+        let targets = curves::targets(&x);
+        FitPosterior::new(
+            curves::covariance(scale),
+            NOISE_STD,
+            x.as_ref(),
+            &targets,
+            options,
+        )
+        .unwrap()
+    };
+    let FitPosterior::LowRank(moved) = conditioned(4.0).on_pivots(1e-4).unwrap() else {
+        panic!("a smooth covariance needs few pivots");
+    };
+    let direct = low_rank(&x, 1e-4);
+    assert_eq!(moved.parts().pivots, direct.parts().pivots);
+    // The targets come back from the factor to some n ε of K, far below a mean's 1e-7.
+    let found = moved.predict(points().as_ref()).unwrap();
+    let expected = direct.predict(points().as_ref()).unwrap();
+    for (found, expected) in found.mean.iter().zip(&expected.mean) {
+        assert!((found - expected).abs() < 1e-7, "{found} {expected}");
+    }
+    assert_eq!(found.var, expected.var);
+
+    // Length scales of a fiftieth leave every sample alone.
+    let rough = conditioned(0.02).on_pivots(1e-4).unwrap();
+    assert_eq!(rough.rank(), 400);
+}

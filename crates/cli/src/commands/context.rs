@@ -279,10 +279,8 @@ fn follow(
         (Some(rate), Some(interval)) => ContextTransition::switching(m, rate, interval)?,
         _ => ContextTransition::none(m),
     };
-    let posteriors = model
-        .learned()
-        .iter()
-        .map(|(_, process)| &process.posterior);
+    let model = model.for_tracking()?;
+    let posteriors = (model.learned().iter()).map(|(_, process)| &process.posterior);
     let tracker = ContextTracker::new(posteriors, args.window, prior, chain)?;
     let noise = vec![args.noise; model.learned().len()];
     let mut tracker = tracker.with_torque_noise(&noise)?;

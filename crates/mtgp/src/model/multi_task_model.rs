@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 use gp_core::{
-    GpError, JointPrediction, ModelFileError, ModelFileKind, Provenance, TrainingRanges,
+    FitPosterior, GpError, JointPrediction, ModelFileError, ModelFileKind, Provenance, TrainingRanges,
     decode_model, encode_model,
 };
 
@@ -12,6 +12,12 @@ use crate::model::context_predictor::ContextPredictor;
 use crate::model::record::MultiTaskRecord;
 use crate::model::task_process::TaskProcess;
 use crate::task_row::TaskRow;
+
+/// Samples up to which a step of a tracker is fast enough without pivots.
+const FEW: usize = 512;
+
+/// Nats of the log marginal likelihood that a tracker does not see.
+const TRACKING_CERTIFICATE: f64 = 0.1;
 
 /// What is learned for a robot under several loads: a process for some or all of its joints.
 ///
@@ -89,6 +95,22 @@ impl MultiTaskModel {
         parts.ranges = parts.ranges.union(&ranges);
         parts.context_ranges.push(ranges);
         Ok(Self::new(parts)?)
+    }
+
+    /// The model for a loop of 1 kHz: what is dense on many samples goes on a few pivots.
+    ///
+    /// A joint with more than 512 samples is conditioned again by [`FitPosterior::on_pivots`], with an
+    /// error of at most 0.1 nats in its log marginal likelihood; the others stay, to the bit.
+    /// # Errors
+    /// As for [`FitPosterior::new`].
+    pub fn for_tracking(&self) -> Result<Self, GpError> {
+        let mut parts = self.parts.clone();
+        for (_, process) in &mut parts.learned {
+            if process.posterior.rank() > FEW {
+                process.posterior = process.posterior.on_pivots(TRACKING_CERTIFICATE)?;
+            }
+        }
+        Ok(Self { parts })
     }
 
     /// All that it consists of.

@@ -137,9 +137,10 @@ fn changes(
     let reference = sources.plant.reference(id)?;
     let x = sources.plant.desired(&reference)?;
     let tables = sources.all_loads(x.as_ref())?;
+    let model = sources.trained.mgp.for_tracking()?;
     let switching = Switching {
         plant: sources.plant,
-        model: &sources.trained.mgp,
+        model: &model,
         settings,
         reference: &reference,
         tables: &tables,

@@ -56,6 +56,7 @@ pub fn report(
     section: &mut Section,
 ) -> Result<(), BenchError> {
     let mut rows = Vec::new();
+    let model = &model.for_tracking()?;
     let all = changes(tested, model.contexts().len(), settings.switch_places);
     for &window in &settings.windows {
         let trackers: Vec<ContextTracker> = tested
