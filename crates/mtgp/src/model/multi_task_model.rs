@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 use gp_core::{
-    FitPosterior, GpError, JointPrediction, ModelFileError, ModelFileKind, Provenance, TrainingRanges,
+    GpError, JointPrediction, ModelFileError, ModelFileKind, Provenance, TrainingRanges,
     decode_model, encode_model,
 };
 
@@ -99,10 +99,10 @@ impl MultiTaskModel {
 
     /// The model for a loop of 1 kHz: what is dense on many samples goes on a few pivots.
     ///
-    /// A joint with more than 512 samples is conditioned again by [`FitPosterior::on_pivots`], with an
+    /// A joint with more than 512 samples is conditioned again by [`gp_core::FitPosterior::on_pivots`], with an
     /// error of at most 0.1 nats in its log marginal likelihood; the others stay, to the bit.
     /// # Errors
-    /// As for [`FitPosterior::new`].
+    /// As for [`gp_core::FitPosterior::new`].
     pub fn for_tracking(&self) -> Result<Self, GpError> {
         let mut parts = self.parts.clone();
         for (_, process) in &mut parts.learned {
