@@ -156,6 +156,8 @@ impl<C: Covariance + Clone, L: Likelihood<C>> HyperPosterior<C, L> {
     /// ½ tr(C⁻¹ ∂C/∂z_i C⁻¹ ∂C/∂z_j) + δ_ij/s_i²,   C = K + σ²I
     /// ```
     /// Lower triangle; `None` where C is not positive definite in double precision.
+    /// # Panics
+    /// If `z` does not have one entry per hyperparameter and one for σ.
     /// # Source
     /// Rasmussen & Williams 2006, eq. (5.9), of whose gradient it is the covariance.
     pub fn information(&self, z: &[f64]) -> Option<Mat<f64>> {

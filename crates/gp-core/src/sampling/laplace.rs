@@ -124,7 +124,9 @@ impl Laplace {
             if whitened.evaluate(&y, &mut gradient).is_ok() {
                 break;
             }
-            y.iter_mut().for_each(|y| *y *= 0.5);
+            for y in &mut y {
+                *y *= 0.5;
+            }
         }
         let mut chain = sample_chain(&mut whitened, &y, options, seed, chain)?;
         for row in 0..chain.draws.nrows() {
