@@ -80,7 +80,7 @@ impl Axes {
 /// The picture, of the first noise.
 pub fn draw(scores: &[Score], settings: &Settings) -> Picture {
     let (left, top, width, height) = AXES;
-    let mut picture = Picture::new(left + width + 150.0, top + height + 60.0);
+    let mut picture = Picture::new(left + width + 180.0, top + height + 60.0);
     let curve = |learner| -> Vec<(f64, f64)> {
         let point = |&count: &usize| {
             let value = settings.mean(scores, (learner, 0, count), JOINTS)?;
