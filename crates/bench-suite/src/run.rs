@@ -39,6 +39,15 @@ pub struct RunOutcome<W: Work = Cell> {
     pub seconds: Seconds,
 }
 
+impl<W: Work> RunOutcome<W> {
+    /// Sentences that name what could not be computed, with the reason.
+    pub fn reasons(&self) -> Vec<String> {
+        (self.failures.iter())
+            .map(|(work, error)| format!("{work}: {error}."))
+            .collect()
+    }
+}
+
 /// Wall-clock seconds of the parts of a run.
 #[derive(Debug, Default, Clone, serde::Serialize)]
 pub struct Seconds {

@@ -37,9 +37,19 @@ pub fn information<C: Covariance + Clone>(
     z: &[f64],
 ) -> Option<Mat<f64>> {
     let bounds = Reparametrised::new(&search_layout(covariance), |_: &[f64], _: &mut [f64]| 0.0);
+    information_in(parts, covariance, |z| bounds.natural(z), z)
+}
+
+/// The same in coordinates of the caller's choice, of which `natural` gives (θ, σ).
+pub(crate) fn information_in<C: Covariance + Clone>(
+    parts: &[MatRef<'_, f64>],
+    covariance: &C,
+    natural: impl Fn(&[f64]) -> Vec<f64>,
+    z: &[f64],
+) -> Option<Mat<f64>> {
     let mut trial = covariance.clone();
     let noisy = |x: MatRef<'_, f64>, z: &[f64]| {
-        let theta = bounds.natural(z);
+        let theta = natural(z);
         let (of_covariance, noise_std) = split_noise(&theta);
         trial.set_params(of_covariance);
         let mut c = Mat::zeros(x.nrows(), x.nrows());

@@ -141,6 +141,19 @@ fn gradient_of_the_posterior_is_its_central_difference() {
     }
 }
 
+/// Means over chains are the expected ones within four of their errors, and the chains agree.
+fn assert_means(chains: &[Chain], cases: &[(Quantity, f64)]) {
+    for &(of, expected) in cases {
+        let values = columns(chains, of);
+        let (mean, error) = mean_and_error(&values);
+        assert!(
+            (mean - expected).abs() < 4.0 * error,
+            "{mean} ± {error}, {expected}"
+        );
+        assert!(ChainSummary::of(&values).r_hat < 1.02);
+    }
+}
+
 #[test]
 fn posterior_of_two_hyperparameters_is_that_of_quadrature() {
     let x = mat![[1.0], [-2.0], [0.5], [2.5], [-1.0]];
@@ -169,15 +182,7 @@ fn posterior_of_two_hyperparameters_is_that_of_quadrature() {
         (|z| z[0] * z[0], sums[3] / sums[0]),
         (|z| z[1] * z[1], sums[4] / sums[0]),
     ];
-    for (of, expected) in cases {
-        let values = columns(&chains, of);
-        let (mean, error) = mean_and_error(&values);
-        assert!(
-            (mean - expected).abs() < 4.0 * error,
-            "{mean} ± {error}, {expected}"
-        );
-        assert!(ChainSummary::of(&values).r_hat < 1.02);
-    }
+    assert_means(&chains, &cases);
 }
 
 /// x_t = φ x_{t−1} + √(1 − φ²) ε, stationary from the beginning.
@@ -268,15 +273,7 @@ fn chains_in_the_coordinates_of_the_maximum_draw_from_the_same_posterior() {
     let chains: Vec<Chain> = (0..4).map(|k| sample(k).unwrap()).collect();
     let cases: [(Quantity, f64); 2] =
         [(|z| z[0], sums[1] / sums[0]), (|z| z[1], sums[2] / sums[0])];
-    for (of, expected) in cases {
-        let values = columns(&chains, of);
-        let (mean, error) = mean_and_error(&values);
-        assert!(
-            (mean - expected).abs() < 4.0 * error,
-            "{mean} ± {error}, {expected}"
-        );
-        assert!(ChainSummary::of(&values).r_hat < 1.02);
-    }
+    assert_means(&chains, &cases);
     assert_eq!(chains[1], sample(1).unwrap());
 }
 

@@ -18,22 +18,34 @@ pub(crate) fn sum(values: &[f64]) -> f64 {
 /// # Panics
 /// If the slices differ in length.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    assert_eq!(a.len(), b.len());
     pulp::Arch::new().dispatch(
         #[inline(always)]
-        || {
-            let mut lanes = [0.0; LANES];
-            let (a_chunks, b_chunks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-            let rest = a_chunks.remainder().iter().zip(b_chunks.remainder());
-            let rest: f64 = rest.map(|(a, b)| a * b).sum();
-            for (a, b) in a_chunks.zip(b_chunks) {
-                for ((lane, a), b) in lanes.iter_mut().zip(a).zip(b) {
-                    *lane += a * b;
-                }
-            }
-            lanes.iter().sum::<f64>() + rest
-        },
+        || lane_dot(a, b),
     )
+}
+
+/// Σ a b in eight lanes, whatever the machine's vectors, to be inlined into a function that is
+/// compiled per instruction set.
+///
+/// # Panics
+/// If the slices differ in length.
+#[inline(always)]
+#[allow(
+    clippy::inline_always,
+    reason = "the loop around it is compiled once per instruction set"
+)]
+pub fn lane_dot(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let mut lanes = [0.0; LANES];
+    let (a_chunks, b_chunks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest = a_chunks.remainder().iter().zip(b_chunks.remainder());
+    let rest: f64 = rest.map(|(a, b)| a * b).sum();
+    for (a, b) in a_chunks.zip(b_chunks) {
+        for ((lane, a), b) in lanes.iter_mut().zip(a).zip(b) {
+            *lane += a * b;
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
 }
 
 /// Σ w a²

@@ -28,6 +28,7 @@ pub use covariance::Covariance;
 pub use crew::{Crew, column_panels, row_panels};
 pub use error::KernelError;
 pub use jitter::Jitter;
+pub use lanes::lane_dot;
 pub use linear_ard::LinearArd;
 pub use on_columns::OnColumns;
 pub use params::{

@@ -17,7 +17,7 @@ use gp_core::{
 use kernels::TorqueCovariance;
 
 use crate::climb::{Climb, Start, climb};
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::ladder::smaller_parts;
 use crate::layout::Stacked;
 use crate::prior::MultiTaskCovariance;
@@ -186,15 +186,7 @@ fn with_task_matrix(
 
 /// Fails unless there is one target per row.
 pub(crate) fn require_targets(data: &Stacked, targets: &[f64]) -> Result<(), MtgpError> {
-    let (found, expected) = (targets.len(), data.tasks().len());
-    if found == expected {
-        return Ok(());
-    }
-    Err(MtgpError::CountMismatch {
-        what: "targets",
-        found,
-        expected,
-    })
+    require_count("targets", targets.len(), data.tasks().len())
 }
 
 /// Eq. (8) of tasks that are independent given θ^x and σ.

@@ -10,7 +10,7 @@
 //! The count is the chapter's: that (c K^ρ, c^x/c) is one model for every c takes
 //! nothing off it, and would take the same off every rank.
 
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::task_cov::TaskFactor;
 
 /// What a further hyperparameter has to earn.
@@ -218,15 +218,4 @@ fn require_usable(candidates: &[RankCandidate], counts: &RankCounts) -> Result<(
         }
     }
     Ok(())
-}
-
-fn require_count(what: &'static str, found: usize, expected: usize) -> Result<(), MtgpError> {
-    if found == expected {
-        return Ok(());
-    }
-    Err(MtgpError::CountMismatch {
-        what,
-        found,
-        expected,
-    })
 }

@@ -3,7 +3,7 @@
 use faer::MatRef;
 use gp_core::GpError;
 
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::predictive::ContextModel;
 
 /// New torques of one joint, and the model of that joint.
@@ -229,20 +229,4 @@ pub(crate) fn normalise(values: &mut [f64]) -> Result<(), MtgpError> {
         *value = (*value - largest) - sum.ln();
     }
     Ok(())
-}
-
-/// Fails unless there are as many as expected.
-pub(crate) fn require_count(
-    what: &'static str,
-    found: usize,
-    expected: usize,
-) -> Result<(), MtgpError> {
-    if found == expected {
-        return Ok(());
-    }
-    Err(MtgpError::CountMismatch {
-        what,
-        found,
-        expected,
-    })
 }

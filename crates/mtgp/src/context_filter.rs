@@ -2,8 +2,8 @@
 
 use faer::MatRef;
 
-use crate::context_estimate::{ContextPrior, most_probable, normalise, require_count};
-use crate::error::MtgpError;
+use crate::context_estimate::{ContextPrior, most_probable, normalise};
+use crate::error::{MtgpError, require_count};
 
 /// How the context moves from one sample to the next: a Markov chain.
 ///

@@ -2,9 +2,9 @@
 
 use gp_core::{FitPosterior, GpError};
 
-use crate::context_estimate::{ContextPrior, require_count};
+use crate::context_estimate::ContextPrior;
 use crate::context_filter::{ContextFilter, ContextTransition};
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::outliers::Outliers;
 use crate::prior::MultiTaskCovariance;
 use crate::sample_window::SampleWindow;

@@ -123,3 +123,19 @@ pub enum MtgpError {
     #[error(transparent)]
     Gp(#[from] gp_core::GpError),
 }
+
+/// Fails unless there are as many as expected.
+pub(crate) fn require_count(
+    what: &'static str,
+    found: usize,
+    expected: usize,
+) -> Result<(), MtgpError> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(MtgpError::CountMismatch {
+        what,
+        found,
+        expected,
+    })
+}

@@ -21,7 +21,7 @@ use faer::Mat;
 use gp_core::Factor;
 use kernels::Covariance;
 
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::noise_free::NoiseFreeBlock;
 use crate::task_prior::{TaskPrior, log_multivariate_gamma};
 
@@ -44,13 +44,7 @@ impl<C: Covariance> IntegratedBlock<C> {
     /// cause under the non-informative prior.
     pub fn new(block: NoiseFreeBlock<C>, prior: TaskPrior) -> Result<Self, MtgpError> {
         let m = block.n_tasks();
-        if prior.n_tasks() != m {
-            return Err(MtgpError::CountMismatch {
-                what: "tasks of the prior",
-                found: prior.n_tasks(),
-                expected: m,
-            });
-        }
+        require_count("tasks of the prior", prior.n_tasks(), m)?;
         let n = block.n_inputs() as f64;
         let g = block.k_task();
         let scale = Mat::from_fn(m, m, |row, col| {

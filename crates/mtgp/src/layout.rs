@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 use faer::{Mat, MatRef};
 use gp_core::spread_rows;
 
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 
 /// Samples of several tasks, sorted by task.
 ///
@@ -206,13 +206,7 @@ fn counts(x: MatRef<'_, f64>, tasks: &[usize], n_tasks: usize) -> Result<Vec<usi
     if n_tasks == 0 {
         return Err(MtgpError::NoTasks);
     }
-    if tasks.len() != x.nrows() {
-        return Err(MtgpError::CountMismatch {
-            what: "tasks of samples",
-            found: tasks.len(),
-            expected: x.nrows(),
-        });
-    }
+    require_count("tasks of samples", tasks.len(), x.nrows())?;
     let mut counts = vec![0; n_tasks];
     for (row, &task) in tasks.iter().enumerate() {
         match counts.get_mut(task) {

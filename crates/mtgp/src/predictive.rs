@@ -4,7 +4,7 @@ use faer::{ColMut, Mat, MatRef};
 use gp_core::{Factor, FitPosterior, GpError};
 use kernels::Covariance;
 
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::latent_functions::LatentFunctions;
 use crate::prior::MultiTaskCovariance;
 
@@ -131,13 +131,7 @@ impl PredictiveDensity {
 
 /// Fails unless there are `expected` torques, all of them finite.
 pub(crate) fn require_torques(torques: &[f64], expected: usize) -> Result<(), MtgpError> {
-    if torques.len() != expected {
-        return Err(MtgpError::CountMismatch {
-            what: "new torques of a joint",
-            found: torques.len(),
-            expected,
-        });
-    }
+    require_count("new torques of a joint", torques.len(), expected)?;
     match torques.iter().position(|torque| !torque.is_finite()) {
         None => Ok(()),
         Some(row) => Err(GpError::NonFiniteTarget {

@@ -45,7 +45,7 @@ use faer::{Mat, MatRef};
 use gp_core::{Factor, GpError, Prediction};
 use kernels::Covariance;
 
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::sequential::{product, thin_svd};
 use crate::structured_prediction::{TaskPosterior, dot, require_finite_inputs, require_noise};
 
@@ -350,13 +350,7 @@ fn require_observations(
     } = observations;
     let expected = targets.len();
     for (what, found) in [("input indices", input_idx.len()), ("tasks", tasks.len())] {
-        if found != expected {
-            return Err(MtgpError::CountMismatch {
-                what,
-                found,
-                expected,
-            });
-        }
+        require_count(what, found, expected)?;
     }
     if expected == 0 {
         return Err(GpError::TooFewSamples {

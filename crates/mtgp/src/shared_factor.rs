@@ -13,7 +13,7 @@ use gp_core::optimize::{MinimizeOptions, Objective, Rounds, StopReason, minimize
 use gp_core::{FitPosterior, GpError, LogMarginal, add_prior_information, information};
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
 
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::layout::Stacked;
 use crate::prior::MultiTaskCovariance;
 use crate::rank_part::rank_part;
@@ -161,21 +161,11 @@ fn require_joints(
     if targets.is_empty() {
         return Err(MtgpError::NoJoints);
     }
-    let require = |what, found: usize, expected: usize| {
-        if found == expected {
-            return Ok(());
-        }
-        Err(MtgpError::CountMismatch {
-            what,
-            found,
-            expected,
-        })
-    };
-    require("fits to start from", starts.len(), targets.len())?;
+    require_count("fits to start from", starts.len(), targets.len())?;
     for (targets, start) in targets.iter().zip(starts) {
-        require("targets", targets.len(), data.tasks().len())?;
+        require_count("targets", targets.len(), data.tasks().len())?;
         let n_tasks = start.covariance.n_tasks();
-        require("tasks of a fit to start from", n_tasks, data.n_tasks())?;
+        require_count("tasks of a fit to start from", n_tasks, data.n_tasks())?;
     }
     Ok(())
 }

@@ -1,9 +1,7 @@
 //! A lower triangular matrix times a few vectors: each row is read once for all of them.
 
 use faer::MatRef;
-
-/// Numbers that are summed side by side, so that a sum is as fast as the memory.
-const LANES: usize = 8;
+use kernels::lane_dot;
 
 /// A lower triangular matrix of order b, its rows one after another up to the diagonal.
 #[derive(Debug, Clone)]
@@ -36,27 +34,11 @@ impl TriangularRows {
             let pairs =
                 (vectors.chunks_exact(self.order)).zip(products.chunks_exact_mut(self.order));
             for (vector, product) in pairs {
-                product[row] = dot(entries, &vector[..=row]);
+                product[row] = lane_dot(entries, &vector[..=row]);
             }
             rest = after;
         }
     }
-}
-
-/// The sum of products, in a few sums side by side.
-#[inline(always)]
-#[allow(clippy::inline_always, reason = "compiled once per instruction set")]
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (a_lanes, a_rest) = a.as_chunks::<LANES>();
-    let (b_lanes, b_rest) = b.as_chunks::<LANES>();
-    let mut sums = [0.0; LANES];
-    for (a, b) in a_lanes.iter().zip(b_lanes) {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! None of these: a test of whether new torques can come from any known context at all.
 
-use crate::context_estimate::{ContextEvidence, ContextPosterior, require_count};
-use crate::error::MtgpError;
+use crate::context_estimate::{ContextEvidence, ContextPosterior};
+use crate::error::{MtgpError, require_count};
 
 /// Probability that a χ² variable of k degrees of freedom is at least `value`.
 ///

@@ -25,16 +25,7 @@ pub fn sections(
 
 /// Adds one section to the page: picture, table, claims beside findings, and how to read it.
 pub fn write(page: &mut Page, experiment: &DataExperiment, section: &Section) {
-    page.section(&experiment.title);
-    if let Some((caption, file)) = &section.picture {
-        page.picture(caption, file);
-    }
-    if let Some(table) = &section.table {
-        page.table(table);
-    }
-    for (file, columns) in section.tables() {
-        page.rows(file, &columns);
-    }
+    section.put_on(page, &experiment.title);
     page.claims(&section.findings);
     page.prose(&experiment.text.analysis);
 }

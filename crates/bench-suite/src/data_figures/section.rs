@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::error::BenchError;
 pub use crate::report::finding::Finding;
+use crate::report::page::Page;
 use crate::report::picture::Picture;
 use crate::report::text_table::TextTable;
 
@@ -46,6 +47,20 @@ impl Section {
         let is_csv = |name: &str| Path::new(name).extension().is_some_and(|e| e == "csv");
         let files = self.files.iter().filter(move |(name, _)| is_csv(name));
         files.map(move |(name, contents)| (name.as_str(), columns(contents)))
+    }
+
+    /// Adds title, picture, table and where the rows are to a page.
+    pub fn put_on(&self, page: &mut Page, title: &str) {
+        page.section(title);
+        if let Some((caption, file)) = &self.picture {
+            page.picture(caption, file);
+        }
+        if let Some(table) = &self.table {
+            page.table(table);
+        }
+        for (file, columns) in self.tables() {
+            page.rows(file, &columns);
+        }
     }
 
     /// Adds a statement and what was found.

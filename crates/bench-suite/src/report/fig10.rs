@@ -37,7 +37,7 @@ pub enum Scale {
 ///
 /// # Source
 /// Colours: Okabe and Ito 2008, "Color Universal Design", the set of eight.
-fn pen(series: Series) -> Pen {
+pub(crate) fn pen(series: Series) -> Pen {
     let (colour, width, dashes) = match series {
         Series::Single => ("#d55e00", 1.6, Some("2 3")),
         Series::Independent => ("#0072b2", 1.6, Some("7 3")),

@@ -21,11 +21,16 @@ impl Finding {
     }
 }
 
-/// Findings as a table of two columns.
+/// The chapter's statements and ours as a table of two columns.
 pub fn side_by_side(findings: &[Finding]) -> TextTable {
+    under(["the chapter", "here"], findings)
+}
+
+/// Findings as a table of two columns with these names.
+pub fn under(header: [&str; 2], findings: &[Finding]) -> TextTable {
     let rows = findings.iter();
     TextTable {
-        header: ["the chapter", "here"].map(String::from).to_vec(),
+        header: header.map(String::from).to_vec(),
         rows: rows
             .map(|finding| vec![finding.chapter.clone(), finding.here.clone()])
             .collect(),

@@ -57,13 +57,7 @@ pub(super) fn report(
             standings::standings(&curves, experiment.set, at_least),
         ));
     }
-    let failed = outcome
-        .failures
-        .iter()
-        .map(|(unit, error)| format!("{unit}: {error}."));
-    let failed_shared = of_shared.failures.iter();
-    let failed_shared = failed_shared.map(|(unit, error)| format!("{unit}: {error}."));
-    let failed = failed.chain(failed_shared).collect();
+    let failed = [outcome.reasons(), of_shared.reasons()].concat();
     findings.push(("Units without a result".into(), failed));
     findings.retain(|(_, items)| !items.is_empty());
     for (title, items) in &findings {

@@ -150,10 +150,6 @@ fn claims(averages: &Averages, outcome: &RunOutcome) -> Findings {
         claims.push((format!("GPc against LRc at n = {n}"), found));
     }
     claims.push(("Order of the models".into(), findings::order(averages)));
-    let failed = outcome
-        .failures
-        .iter()
-        .map(|(cell, error)| format!("{cell}: {error}."));
-    claims.push(("Cells without a result".into(), failed.collect()));
+    claims.push(("Cells without a result".into(), outcome.reasons()));
     claims
 }

@@ -45,8 +45,11 @@ impl Share {
 
     /// Pieces that could not be computed, with the reason.
     pub fn failed(&self) -> Vec<String> {
-        let one = self.one.as_ref().map_or_else(Vec::new, reasons);
-        let many = self.many.as_ref().map_or_else(Vec::new, reasons);
+        let one = self.one.as_ref().map_or_else(Vec::new, RunOutcome::reasons);
+        let many = self
+            .many
+            .as_ref()
+            .map_or_else(Vec::new, RunOutcome::reasons);
         [one, many].concat()
     }
 }
@@ -62,11 +65,4 @@ fn work_done<W: Work>(outcome: &RunOutcome<W>, name: &str) -> String {
         outcome.failures.len(),
         outcome.missing.len()
     )
-}
-
-fn reasons<W: Work>(run: &RunOutcome<W>) -> Vec<String> {
-    let failures = run.failures.iter();
-    failures
-        .map(|(work, error)| format!("{work}: {error}."))
-        .collect()
 }

@@ -5,8 +5,8 @@ use super::make;
 use super::spec::Section5Experiment;
 use crate::data_figures::section::Section;
 use crate::error::BenchError;
+use crate::report::finding;
 use crate::report::page::Page;
-use crate::report::text_table::TextTable;
 
 /// Sections of the experiments, each with its description.
 ///
@@ -22,32 +22,11 @@ pub fn sections<'a>(
 
 /// Adds one section to the page: picture, table, what was asked for beside what was found, and how to read it.
 pub fn write(page: &mut Page, experiment: &Section5Experiment, section: &Section) {
-    page.section(&experiment.title);
-    if let Some((caption, file)) = &section.picture {
-        page.picture(caption, file);
-    }
-    if let Some(table) = &section.table {
-        page.table(table);
-    }
-    for (file, columns) in section.tables() {
-        page.rows(file, &columns);
-    }
+    section.put_on(page, &experiment.title);
     if !section.findings.is_empty() {
-        page.table(&comparison(section));
+        page.table(&finding::under(["asked for", "found"], &section.findings));
     }
     page.prose(&experiment.text.analysis);
-}
-
-/// The findings as a table of two columns.
-fn comparison(section: &Section) -> TextTable {
-    let rows = section.findings.iter();
-    TextTable {
-        header: ["asked for", "found"].map(String::from).to_vec(),
-        rows: rows
-            .map(|finding| vec![finding.chapter.clone(), finding.here.clone()])
-            .collect(),
-        n_left: 2,
-    }
 }
 
 /// The findings as sentences for the terminal.

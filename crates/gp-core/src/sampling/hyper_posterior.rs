@@ -2,13 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use faer::{Mat, MatRef};
+use faer::Mat;
 use kernels::{Component, Covariance, Jitter, ParamLayout, Transform};
 
 use super::log_density::LogDensity;
 use crate::error::GpError;
-use crate::fisher::fisher_information;
 use crate::search::{Likelihood, n_samples};
+use crate::search_metric::information_in;
 
 /// Standard deviation of log θ: a factor of e² either way is one of them.
 const LOG_STD: f64 = 2.0;
@@ -161,19 +161,9 @@ impl<C: Covariance + Clone, L: Likelihood<C>> HyperPosterior<C, L> {
     /// # Source
     /// Rasmussen & Williams 2006, eq. (5.9), of whose gradient it is the covariance.
     pub fn information(&self, z: &[f64]) -> Option<Mat<f64>> {
-        let mut trial = self.covariance.clone();
-        let covariance = |x: MatRef<'_, f64>, z: &[f64]| {
-            let theta = self.prior.natural(z);
-            let (noise_std, of_covariance) = theta.split_last().expect("σ is the last");
-            trial.set_params(of_covariance);
-            let mut c = Mat::zeros(x.nrows(), x.nrows());
-            trial.add_gram(x, c.as_mut());
-            for idx in 0..x.nrows() {
-                c[(idx, idx)] += noise_std * noise_std;
-            }
-            c
-        };
-        let mut information = fisher_information(&self.likelihood.parts(), z, covariance)?;
+        let natural = |z: &[f64]| self.prior.natural(z);
+        let parts = self.likelihood.parts();
+        let mut information = information_in(&parts, &self.covariance, natural, z)?;
         for (idx, std) in self.prior.std.iter().enumerate() {
             information[(idx, idx)] += (std * std).recip();
         }

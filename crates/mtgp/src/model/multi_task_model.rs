@@ -6,8 +6,7 @@ use gp_core::{
     decode_model, encode_model,
 };
 
-use crate::context_estimate::require_count;
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::model::context_predictor::ContextPredictor;
 use crate::model::record::MultiTaskRecord;
 use crate::model::task_process::TaskProcess;

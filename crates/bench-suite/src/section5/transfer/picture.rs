@@ -4,6 +4,8 @@ use super::Settings;
 use super::curve::{Axis, CurveRecord, Learner};
 use super::table::Means;
 use crate::report::axes;
+use crate::report::curves::Series;
+use crate::report::fig10;
 use crate::report::picture::{Align, Font, INK, PAPER, Pen, Picture};
 
 /// Width and height of a panel.
@@ -23,17 +25,12 @@ const LABEL_ROOM: f64 = 26.0;
 
 /// Pen of a line, the same as in figures 10 and 11.
 fn pen(learner: Learner) -> Pen {
-    let (colour, width, dashes) = match learner {
-        Learner::Single => ("#d55e00", 1.6, Some("2 3")),
-        Learner::Independent => ("#0072b2", 1.6, Some("7 3")),
-        Learner::Pooled => ("#009e73", 1.6, Some("8 3 2 3")),
-        Learner::Transfer => (INK, 2.2, None),
-    };
-    Pen {
-        colour,
-        width,
-        dashes,
-    }
+    fig10::pen(match learner {
+        Learner::Single => Series::Single,
+        Learner::Independent => Series::Independent,
+        Learner::Pooled => Series::Pooled,
+        Learner::Transfer => Series::TransferBic,
+    })
 }
 
 /// The picture.

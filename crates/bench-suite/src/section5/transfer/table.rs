@@ -30,6 +30,19 @@ impl Means<'_> {
         (n > 0.0).then(|| (logs.iter().sum::<f64>() / n).exp())
     }
 
+    /// Of the mGP over that of sGP at a place, over all joints.
+    fn gain(&self, axis: Axis, count: usize) -> Option<f64> {
+        let of = |learner| self.of((axis, count), learner, None);
+        Some(of(Learner::Transfer)? / of(Learner::Single)?)
+    }
+
+    /// The same at every place where there is one, as text.
+    fn gains(&self, axis: Axis, counts: &[usize]) -> String {
+        let at =
+            |&count: &usize| Some(format!("{count}: {}", ratio(Some(self.gain(axis, count)?))));
+        counts.iter().filter_map(at).collect::<Vec<_>>().join(", ")
+    }
+
     /// In how many curves the mGP is below sGP at a place, and of how many.
     fn wins(&self, axis: Axis, count: usize) -> (usize, usize) {
         let curves = self.0.iter().filter(|record| record.curve.axis == axis);
@@ -52,8 +65,7 @@ pub(super) fn report(records: &[CurveRecord], settings: &Settings, section: &mut
             let of = |learner| means.of((axis, count), learner, None);
             let mut row = vec![axis.label().to_string(), count.to_string()];
             row.extend(Learner::ALL.map(|learner| score(of(learner))));
-            let pair = of(Learner::Transfer).zip(of(Learner::Single));
-            row.push(ratio(pair.map(|(mgp, alone)| mgp / alone)));
+            row.push(ratio(means.gain(axis, count)));
             let (won, all) = means.wins(axis, count);
             row.push(format!("{won} of {all}"));
             rows.push(row);
@@ -107,19 +119,14 @@ fn others_help(means: &Means<'_>, settings: &Settings, section: &mut Section) {
         ),
         format!("below it in {won} of {all} joints and targets"),
     );
-    let mgp = |count| of(Learner::Transfer, count);
-    let ratios = settings.others.iter().filter_map(|&count| {
-        let (here, alone) = (mgp(count)?, of(Learner::Single, count)?);
-        Some(format!("{count}: {}", ratio(Some(here / alone))))
-    });
     section.found(
         "each further load helps: the error falls with their number",
         format!(
             "nMSE of the mGP over that of sGP, by number of other loads, {}",
-            ratios.collect::<Vec<_>>().join(", ")
+            means.gains(axis, &settings.others)
         ),
     );
-    let shared = of(Learner::Independent, most).zip(mgp(most));
+    let shared = of(Learner::Independent, most).zip(of(Learner::Transfer, most));
     if let Some(((independent, mgp), alone)) = shared.zip(of(Learner::Single, most)) {
         section.found(
             "what helps is more than hyperparameters known better: the mGP is below iGP, which shares these alone",
@@ -135,15 +142,11 @@ fn others_help(means: &Means<'_>, settings: &Settings, section: &mut Section) {
 /// nMSE against the target's own samples.
 fn samples_help(means: &Means<'_>, settings: &Settings, section: &mut Section) {
     let of = |learner, count| means.of((Axis::Samples, count), learner, None);
-    let ratios = settings.samples.iter().filter_map(|&count| {
-        let (mgp, alone) = (of(Learner::Transfer, count)?, of(Learner::Single, count)?);
-        Some(format!("{count}: {}", ratio(Some(mgp / alone))))
-    });
     section.found(
         "the fewer samples of its own a load has, the more the others help",
         format!(
             "nMSE of the mGP over that of sGP, by number of own samples, {}",
-            ratios.collect::<Vec<_>>().join(", ")
+            means.gains(Axis::Samples, &settings.samples)
         ),
     );
     let worth = settings.samples.iter().map(|&count| {
