@@ -12,6 +12,7 @@ use crate::columns::{Naming, StateColumns};
 use crate::error::CliError;
 use crate::joints::Joints;
 use crate::messages;
+use crate::rigid_body_model::RigidBodyModel;
 
 /// What a model file holds.
 pub enum LearnedModel {
@@ -19,6 +20,8 @@ pub enum LearnedModel {
     OneContext(TorqueModel),
     /// One for each joint that covers several loads.
     ManyContexts(MultiTaskModel),
+    /// One for each joint, of one load, with the robot whose parameters they know.
+    RigidBody(RigidBodyModel),
 }
 
 impl LearnedModel {
@@ -36,6 +39,7 @@ impl LearnedModel {
         Ok(match ModelFileKind::of(bytes)? {
             ModelFileKind::OneContext => Self::OneContext(TorqueModel::from_bytes(bytes)?),
             ModelFileKind::ManyContexts => Self::ManyContexts(MultiTaskModel::from_bytes(bytes)?),
+            ModelFileKind::RigidBody => Self::RigidBody(RigidBodyModel::from_bytes(bytes)?),
         })
     }
 
@@ -46,7 +50,7 @@ impl LearnedModel {
     pub fn several(&self, whose: &str) -> Result<&MultiTaskModel, CliError> {
         match self {
             Self::ManyContexts(model) => Ok(model),
-            Self::OneContext(_) => Err(CliError::Usage(format!(
+            Self::OneContext(_) | Self::RigidBody(_) => Err(CliError::Usage(format!(
                 "{whose} is a model of one context; one of several is needed: `torque-gp fit --model mgp`"
             ))),
         }
@@ -57,6 +61,7 @@ impl LearnedModel {
         match self {
             Self::OneContext(model) => model.joint_names(),
             Self::ManyContexts(model) => model.joint_names(),
+            Self::RigidBody(model) => model.joint_names(),
         }
     }
 
@@ -65,6 +70,7 @@ impl LearnedModel {
         match self {
             Self::OneContext(model) => model.learned().iter().map(|(idx, _)| *idx).collect(),
             Self::ManyContexts(model) => model.learned().iter().map(|(idx, _)| *idx).collect(),
+            Self::RigidBody(model) => model.learned().iter().map(|(idx, _)| *idx).collect(),
         }
     }
 
@@ -73,6 +79,7 @@ impl LearnedModel {
         match self {
             Self::OneContext(model) => model.ranges(),
             Self::ManyContexts(model) => model.ranges(),
+            Self::RigidBody(model) => model.ranges(),
         }
     }
 
@@ -81,6 +88,7 @@ impl LearnedModel {
         match self {
             Self::OneContext(model) => model.provenance(),
             Self::ManyContexts(model) => model.provenance(),
+            Self::RigidBody(model) => model.provenance(),
         }
     }
 
@@ -99,6 +107,15 @@ impl LearnedModel {
         match self {
             Self::OneContext(model) => Ok(model.predict(x)?),
             Self::ManyContexts(model) => predict_by_context(model, x, contexts),
+            Self::RigidBody(model) => Ok(model.predict(x)?),
+        }
+    }
+
+    /// Names of the contexts; none for a model of one.
+    pub fn contexts(&self) -> &[String] {
+        match self {
+            Self::ManyContexts(model) => model.contexts(),
+            Self::OneContext(_) | Self::RigidBody(_) => &[],
         }
     }
 

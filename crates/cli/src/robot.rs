@@ -7,6 +7,7 @@ use puma_dyn::{Effects, Friction, Model, RobotDescription, load_urdf, puma560};
 
 use crate::error::CliError;
 use crate::messages;
+use crate::robot_source::RobotSource;
 
 /// Name of the built-in robot.
 const PUMA_560: &str = "puma560";
@@ -18,24 +19,42 @@ pub struct RobotArgs {
     #[arg(long, value_name = "puma560|FILE.urdf")]
     robot: PathBuf,
 
+    #[command(flatten)]
+    details: RobotDetails,
+}
+
+/// As [`RobotArgs`], for a command that does without a robot as well.
+#[derive(Args, Debug)]
+pub struct OptionalRobotArgs {
+    /// `puma560` (built in, with its motors and friction) or a URDF file
+    #[arg(long, value_name = "puma560|FILE.urdf")]
+    robot: Option<PathBuf>,
+
+    #[command(flatten)]
+    details: RobotDetails,
+}
+
+/// What may be said of a robot beside its name or file.
+#[derive(Args, Debug)]
+struct RobotDetails {
     /// What a URDF cannot say: rotor inertia, gear ratio, motor-side friction, friction convention
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, value_name = "FILE.toml", requires = "robot")]
     sidecar: Option<PathBuf>,
 
     /// Friction in the torques [default: the sidecar's `friction_convention`, else modern]
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, requires = "robot")]
     friction: Option<FrictionArg>,
 
     /// Leave out G²·Jm·q̈, the torque that accelerates the motors' rotors
-    #[arg(long)]
+    #[arg(long, requires = "robot")]
     no_rotor_inertia: bool,
 
     /// Free fall in the axes of the root link, m/s², for a robot that does not stand upright
-    #[arg(long, value_name = "X,Y,Z", value_parser = three_numbers, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = three_numbers, allow_hyphen_values = true, requires = "robot")]
     gravity: Option<[f64; 3]>,
 
     /// Refuse a robot that no rigid bodies can form instead of warning (the PUMA 560 is one)
-    #[arg(long)]
+    #[arg(long, requires = "robot")]
     strict: bool,
 }
 
@@ -62,21 +81,48 @@ pub struct Robot {
 }
 
 impl RobotArgs {
+    /// The robot asked for.
+    pub fn request(&self) -> RobotRequest<'_> {
+        RobotRequest {
+            robot: &self.robot,
+            details: &self.details,
+        }
+    }
+}
+
+impl OptionalRobotArgs {
+    /// The robot asked for, if there is one.
+    pub fn request(&self) -> Option<RobotRequest<'_>> {
+        self.robot.as_deref().map(|robot| RobotRequest {
+            robot,
+            details: &self.details,
+        })
+    }
+}
+
+/// A robot by name or file, and what was said of it.
+#[derive(Debug, Clone, Copy)]
+pub struct RobotRequest<'a> {
+    robot: &'a Path,
+    details: &'a RobotDetails,
+}
+
+impl<'a> RobotRequest<'a> {
     /// Loads the robot; warnings and notes go to standard error.
     ///
     /// # Errors
     /// A file that does not exist or is refused, a sidecar for the built-in robot, and with `--strict` every
     /// warning about the robot.
-    pub fn load(&self) -> Result<Robot, CliError> {
+    pub fn load(self) -> Result<Robot, CliError> {
         let (description, mut model, friction) = if self.robot == Path::new(PUMA_560) {
             self.built_in()?
         } else {
             self.urdf_file()?
         };
-        if let Some(gravity) = self.gravity {
+        if let Some(gravity) = self.details.gravity {
             model = model.with_gravity(gravity);
         }
-        let friction = match self.friction {
+        let friction = match self.details.friction {
             Some(FrictionArg::Modern) => Friction::Modern,
             Some(FrictionArg::Toolbox2008) => Friction::Toolbox2008,
             Some(FrictionArg::None) => Friction::None,
@@ -84,7 +130,7 @@ impl RobotArgs {
         };
         let effects = Effects {
             friction,
-            rotor_inertia: !self.no_rotor_inertia,
+            rotor_inertia: !self.details.no_rotor_inertia,
         };
         Ok(Robot {
             description,
@@ -93,29 +139,44 @@ impl RobotArgs {
         })
     }
 
+    /// The texts that describe the robot, for a model file that is to make it again.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn source(self) -> Result<RobotSource, CliError> {
+        let read = |path: &Path| {
+            let file = path.display().to_string();
+            std::fs::read_to_string(path).map_err(CliError::io("read", file))
+        };
+        let is_built_in = self.robot == Path::new(PUMA_560);
+        Ok(RobotSource {
+            urdf: (!is_built_in).then(|| read(self.robot)).transpose()?,
+            sidecar: self.details.sidecar.as_deref().map(read).transpose()?,
+            gravity: self.details.gravity,
+        })
+    }
+
     /// Files that this robot is read from.
-    pub fn files(&self) -> Vec<&Path> {
-        let sidecar = self.sidecar.as_deref();
-        std::iter::once(self.robot.as_path())
-            .chain(sidecar)
-            .collect()
+    pub fn files(self) -> Vec<&'a Path> {
+        let sidecar = self.details.sidecar.as_deref();
+        std::iter::once(self.robot).chain(sidecar).collect()
     }
 
     /// The built-in arm; that links 1 and 3 of its published parameters are unphysical is no news, so without `--strict`
     /// nothing is said.
-    fn built_in(&self) -> Result<(RobotDescription, Model, Option<Friction>), CliError> {
-        if self.sidecar.is_some() {
+    fn built_in(self) -> Result<(RobotDescription, Model, Option<Friction>), CliError> {
+        if self.details.sidecar.is_some() {
             let reason = "--sidecar goes with a URDF file; the built-in puma560 has its motors and friction already";
             return Err(CliError::Usage(reason.to_owned()));
         }
         let model = puma560::model();
-        if self.strict {
+        if self.details.strict {
             model.check_physical()?;
         }
         Ok((puma560::description(), model, None))
     }
 
-    fn urdf_file(&self) -> Result<(RobotDescription, Model, Option<Friction>), CliError> {
+    fn urdf_file(self) -> Result<(RobotDescription, Model, Option<Friction>), CliError> {
         if !self.robot.exists() {
             let name = self.robot.display();
             let reason = format!(
@@ -123,8 +184,8 @@ impl RobotArgs {
             );
             return Err(CliError::Usage(reason));
         }
-        let mut loaded = load_urdf(&self.robot, self.sidecar.as_deref())?;
-        if self.strict {
+        let mut loaded = load_urdf(self.robot, self.details.sidecar.as_deref())?;
+        if self.details.strict {
             loaded = loaded.strict()?;
         }
         for warning in &loaded.warnings {
@@ -135,9 +196,9 @@ impl RobotArgs {
     }
 
     /// Says that a file that looks like the sidecar was not read: reading it silently would change torques.
-    fn note_unread_sidecar(&self) {
+    fn note_unread_sidecar(self) {
         let beside = self.robot.with_extension("toml");
-        if self.sidecar.is_none() && beside.is_file() {
+        if self.details.sidecar.is_none() && beside.is_file() {
             let beside = beside.display();
             messages::note(format!(
                 "{beside} lies beside the robot and was not read; if it is its sidecar, pass --sidecar {beside}"

@@ -26,12 +26,12 @@ impl RowContexts {
         table: &Table,
         asked: Option<&str>,
     ) -> Result<Self, CliError> {
-        let contexts = match (model, asked) {
-            (LearnedModel::OneContext(_), None) => return Ok(Self::Same(0)),
-            (LearnedModel::OneContext(model), Some(asked)) => {
+        let contexts = match (model.contexts(), asked) {
+            ([], None) => return Ok(Self::Same(0)),
+            ([], Some(asked)) => {
                 return Err(of_one_context(whose, &model.provenance().context, asked));
             }
-            (LearnedModel::ManyContexts(model), _) => model.contexts(),
+            (contexts, _) => contexts,
         };
         if let Some(asked) = asked {
             return Ok(Self::Same(number_of(asked, contexts, whose)?));

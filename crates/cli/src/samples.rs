@@ -55,8 +55,22 @@ impl DataColumns {
         option: &str,
         asked: &[String],
     ) -> Result<Self, CliError> {
+        let joints = joints_of(table.file(), &table.column_names(), tau_prefix)?;
+        Self::of_robot(table, joints, tau_prefix, option, asked)
+    }
+
+    /// Finds the states of known joints, and the torques of those asked for, or else of all that have any.
+    ///
+    /// # Errors
+    /// Columns that are missing or ambiguous, joints that do not exist.
+    pub fn of_robot(
+        table: &Table,
+        joints: Joints,
+        tau_prefix: &str,
+        option: &str,
+        asked: &[String],
+    ) -> Result<Self, CliError> {
         let header = table.column_names();
-        let joints = joints_of(table.file(), &header, tau_prefix)?;
         let states = StateColumns::find(table.file(), &header, &joints)?;
         let wanted = if asked.is_empty() {
             let torques = states.naming.columns(tau_prefix, &joints.names);

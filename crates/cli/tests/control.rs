@@ -56,6 +56,10 @@ fn the_better_the_feed_forward_the_smaller_the_error() {
     let folder = folder();
     folder.run("simulate --load c3 --path p2 --speed s3 --output slower.csv");
     folder.run("fit --data slower.csv --model lrc --output lrc.tgp");
+    let slower = folder.read("slower.csv");
+    let rows: Vec<&str> = slower.lines().step_by(40).collect();
+    folder.write("some.csv", rows.join("\n") + "\n");
+    folder.run("fit --data some.csv --model rbd --robot puma560 --output rbd.tgp");
     let rms = |source: &str| {
         let errors = errors(&folder, &format!("{CONTROL} --feed-forward {source}"));
         assert_eq!(errors.len(), 6);
@@ -66,6 +70,14 @@ fn the_better_the_feed_forward_the_smaller_the_error() {
         exact < 0.1 * learned && learned < gravity && gravity < none,
         "{exact:e} {learned:e} {gravity:e} {none:e}"
     );
+    // Parameters from 100 samples are nearly those that the robot has.
+    let rigid_body = rms("rbd.tgp");
+    assert!(
+        rigid_body < 0.1 * learned,
+        "{rigid_body:e} {learned:e} {exact:e}"
+    );
+    let refused = folder.refusal(&format!("{CONTROL} --feed-forward rbd.tgp --context c3"));
+    assert!(refused.contains("leave --context out"), "{refused}");
 }
 
 #[test]

@@ -22,10 +22,14 @@ pub struct CovarianceFit<C> {
     pub report: StartReport,
     /// Index of the start that it set out from.
     pub winner: usize,
+    /// Starts that were compared.
+    pub n_starts: usize,
     /// Likelihoods with gradient of all searches together.
     pub evaluations: usize,
     /// Hyperparameters that ended on a bound, by name.
     pub bounds_hit: Vec<String>,
+    /// Bound on the error of the log marginal likelihood at the end, nats.
+    pub error_bound: f64,
 }
 
 impl<C> CovarianceFit<C> {
@@ -80,7 +84,7 @@ pub fn fit_covariance<C: Covariance + Clone>(
         return Err(GpError::NoUsableStart { n_starts });
     }
     let bounds_hit = best.bounds_hit();
-    let posterior = FitPosterior::new(
+    let (posterior, error_bound) = FitPosterior::with_error_bound(
         best.covariance,
         best.noise_std,
         x,
@@ -91,8 +95,10 @@ pub fn fit_covariance<C: Covariance + Clone>(
         posterior,
         report: best.report,
         winner,
+        n_starts: starts.len(),
         evaluations,
         bounds_hit,
+        error_bound,
     })
 }
 

@@ -45,10 +45,10 @@ pub use log_marginal::{
 };
 pub use low_rank_posterior::{LowRankParts, LowRankPosterior};
 pub use model::{
-    FORMAT_VERSION, FitSummary, JointModel, JointPrediction, ModelFileError, ModelFileKind,
-    ModelKind, ParamsRecord, PosteriorRecord, Predictor, PredictorScratch, ProcessModel,
-    ProcessPredictor, Provenance, ProvenanceRecord, RangesRecord, Scaling, SummaryRecord,
-    TorqueModel, TrainingRanges, decode_model, encode_model,
+    FORMAT_VERSION, FitSummary, InformedModel, InformedRecord, JointModel, JointPrediction,
+    ModelFileError, ModelFileKind, ModelKind, ParamsRecord, PosteriorRecord, Predictor,
+    PredictorScratch, ProcessModel, ProcessPredictor, Provenance, ProvenanceRecord, RangesRecord,
+    Scaling, SummaryRecord, TorqueModel, TrainingRanges, decode_model, encode_model,
 };
 pub use nested::spread_rows;
 pub use optimize::StopReason;

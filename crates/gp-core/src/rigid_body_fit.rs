@@ -60,11 +60,21 @@ impl ParameterPrior {
     /// # Errors
     /// [`GpError::Kernel`] for a standard deviation that is not finite.
     pub fn covariance(&self, n_inputs: usize) -> Result<RigidBodyCovariance, GpError> {
-        let rigid_body = RigidBody::independent(&self.std, 1.0)?;
-        Ok(OnColumns::new(
-            rigid_body,
-            n_inputs..n_inputs + self.std.len(),
-        ))
+        self.covariance_at(n_inputs, 1.0)
+    }
+
+    /// As [`ParameterPrior::covariance`], at another s.
+    ///
+    /// # Errors
+    /// [`GpError::Kernel`] for a standard deviation that is not finite, or an s that is not above zero.
+    pub fn covariance_at(
+        &self,
+        n_inputs: usize,
+        spread: f64,
+    ) -> Result<RigidBodyCovariance, GpError> {
+        let rigid_body = RigidBody::independent(&self.std, spread)?;
+        let columns = n_inputs..n_inputs + self.std.len();
+        Ok(OnColumns::new(rigid_body, columns))
     }
 }
 
@@ -89,7 +99,8 @@ impl RegressorSamples<'_> {
     }
 }
 
-fn rows(x: MatRef<'_, f64>, regressor: MatRef<'_, f64>) -> Mat<f64> {
+/// Rows (x, Y).
+pub(crate) fn rows(x: MatRef<'_, f64>, regressor: MatRef<'_, f64>) -> Mat<f64> {
     assert_eq!(x.nrows(), regressor.nrows(), "one row of Y per input");
     let d = x.ncols();
     Mat::from_fn(x.nrows(), d + regressor.ncols(), |row, col| {

@@ -94,7 +94,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         check_output(output)?;
         output::check_not_an_input(output, &args.inputs())?;
     }
-    let robot = args.robot.load()?;
+    let robot = args.robot.request().load()?;
     let payload = match &args.payload {
         Some(path) => payload_file::load(path, &robot)?,
         None => Context::empty(),
@@ -134,7 +134,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
 
 impl Args {
     fn inputs(&self) -> Vec<&Path> {
-        let mut inputs = self.robot.files();
+        let mut inputs = self.robot.request().files();
         inputs.extend([self.reference.as_path(), self.feed_forward.as_path()]);
         inputs.extend(self.payload.as_deref());
         inputs

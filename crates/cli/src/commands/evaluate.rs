@@ -97,8 +97,8 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     warn(&file, &samples, &columns, &model);
 
     let scores = Scores::new(&model, &samples, &numbers, &file)?;
-    match &model {
-        LearnedModel::OneContext(_) => {
+    match model.contexts() {
+        [] => {
             let rows: Vec<usize> = (0..numbers.len()).collect();
             let evaluation = Evaluation {
                 n_samples: rows.len(),
@@ -106,8 +106,8 @@ pub fn run(args: &Args) -> Result<(), CliError> {
             };
             args.print.print(&evaluation, Evaluation::table)
         }
-        LearnedModel::ManyContexts(model) => {
-            let evaluation = ContextEvaluation::new(&scores, model.contexts(), &numbers);
+        contexts => {
+            let evaluation = ContextEvaluation::new(&scores, contexts, &numbers);
             args.print.print(&evaluation, ContextEvaluation::table)
         }
     }
@@ -122,10 +122,7 @@ fn read(
 ) -> Result<(Samples, Vec<usize>), CliError> {
     let whose = args.model.display().to_string();
     let asked = args.data.context.as_deref();
-    let contexts: &[String] = match model {
-        LearnedModel::OneContext(_) => &[],
-        LearnedModel::ManyContexts(model) => model.contexts(),
-    };
+    let contexts = model.contexts();
     if contexts.is_empty() || asked.is_some() {
         let number = match (asked, contexts) {
             (Some(asked), [_, ..]) => number_of(asked, contexts, &whose)?,

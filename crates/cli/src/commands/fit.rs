@@ -3,6 +3,7 @@
 mod many_contexts;
 mod one_context;
 mod report;
+mod rigid_body;
 mod side_by_side;
 
 use std::io::Write;
@@ -16,9 +17,11 @@ use sha2::{Digest, Sha256};
 use crate::commands::fit::many_contexts::RankArg;
 use crate::data_args::DataArgs;
 use crate::error::CliError;
+use crate::joints::Joints;
 use crate::messages;
 use crate::method::MethodArg;
 use crate::output::{self, Output};
+use crate::robot::{OptionalRobotArgs, RobotRequest};
 use crate::samples::{DataColumns, JointTorques, Samples};
 use crate::score::is_constant;
 use crate::table::{self, Table};
@@ -88,6 +91,9 @@ pub struct Args {
     /// Model file
     #[arg(long, value_name = "FILE.tgp")]
     output: PathBuf,
+
+    #[command(flatten, next_help_heading = "Robot (rbd and rbd+gp)")]
+    robot: OptionalRobotArgs,
 }
 
 /// The models of one joint.
@@ -101,6 +107,11 @@ enum ModelArg {
     Lrc,
     /// Linear regression
     Lr,
+    /// Parameters of --robot's links and drives, uncertain about their described values
+    Rbd,
+    /// The same, and a Gaussian process on what they leave
+    #[value(name = "rbd+gp")]
+    RbdGp,
     /// Gaussian process of several contexts whose relation is learned: the most accurate for them
     Mgp,
     /// Gaussian process of several contexts that share their hyperparameters only
@@ -114,6 +125,10 @@ impl ModelArg {
     fn name(self) -> String {
         let value = self.to_possible_value();
         value.map_or(String::new(), |value| value.get_name().to_owned())
+    }
+
+    fn has_rigid_body_prior(self) -> bool {
+        matches!(self, Self::Rbd | Self::RbdGp)
     }
 
     fn is_of_many_contexts(self) -> bool {
@@ -157,6 +172,7 @@ Examples:
   torque-gp fit --data train.csv --output model.tgp
   torque-gp fit --data log.csv --context c3 --joints 1,3 --model lrc --output model.tgp
   torque-gp fit --data runs.csv --model mgp --rank 4 --output model.tgp
+  torque-gp fit --data log.csv --model rbd+gp --robot arm.urdf --output model.tgp
   torque-gp fit --data log.csv --joints shoulder,elbow --starts chapter --threads 1 --output model.tgp
 
 Then:
@@ -173,17 +189,37 @@ Exit status: 0, or 2 for bad input or usage; then there is one message and no ou
 /// # Errors
 /// Anything wrong with the options or the data, or a joint that cannot be learned; no output is left.
 pub fn run(args: &Args) -> Result<(), CliError> {
-    output::check_not_an_input(&args.output, &[&args.data.path])?;
+    let mut inputs = args.robot.request().map_or(Vec::new(), RobotRequest::files);
+    inputs.push(&args.data.path);
+    output::check_not_an_input(&args.output, &inputs)?;
     let (file, bytes) = table::read_bytes(&args.data.path)?;
     let data_sha256 = Sha256::digest(&bytes).into();
     let table = Table::from_bytes(file, bytes)?;
-    let columns = DataColumns::of_header(&table, &args.data.tau_prefix, "--joints", &args.joints)?;
     check_options(args)?;
+    let robot = match args.robot.request() {
+        None => None,
+        Some(request) => {
+            let robot = request.load()?;
+            Some((request.source()?, robot))
+        }
+    };
+    let (prefix, option, asked) = (&args.data.tau_prefix, "--joints", &args.joints);
+    let columns = match &robot {
+        None => DataColumns::of_header(&table, prefix, option, asked),
+        Some((_, robot)) => {
+            let joints = Joints::of_robot(&robot.model);
+            DataColumns::of_robot(&table, joints, prefix, option, asked)
+        }
+    }?;
     let mut output = Output::create(&args.output)?;
-    let bytes = if args.model.is_of_many_contexts() {
-        many_contexts::learn(args, table, &columns, data_sha256)?
-    } else {
-        one_context::learn(args, table, &columns, data_sha256)?
+    let bytes = match &robot {
+        Some((source, robot)) => {
+            rigid_body::learn(args, source.clone(), robot, table, &columns, data_sha256)?
+        }
+        None if args.model.is_of_many_contexts() => {
+            many_contexts::learn(args, table, &columns, data_sha256)?
+        }
+        None => one_context::learn(args, table, &columns, data_sha256)?,
     };
     let name = output.name().to_owned();
     output
@@ -197,7 +233,19 @@ pub fn run(args: &Args) -> Result<(), CliError> {
 /// Refuses options that do not go together.
 fn check_options(args: &Args) -> Result<(), CliError> {
     let (is_ranked, model) = (args.model == ModelArg::Mgp, args.model.name());
+    let (needs_robot, has_robot) = (
+        args.model.has_rigid_body_prior(),
+        args.robot.request().is_some(),
+    );
     let reason = match (args.rank, args.criterion) {
+        _ if needs_robot && !has_robot => {
+            format!(
+                "--model {model} needs the robot whose parameters it learns: --robot FILE.urdf or puma560"
+            )
+        }
+        _ if has_robot && !needs_robot => {
+            format!("--robot goes with --model rbd and rbd+gp, not {model}")
+        }
         (Some(_), _) if !is_ranked => format!("--rank goes with --model mgp, not {model}"),
         (_, Some(_)) if !is_ranked => format!("--criterion goes with --model mgp, not {model}"),
         (Some(RankArg::Given(rank)), Some(_)) => {

@@ -4,16 +4,19 @@ mod description;
 
 use std::path::PathBuf;
 
-use gp_core::{FitSummary, ModelFileKind, TorqueModel, TrainingRanges};
+use gp_core::{FitSummary, InformedModel, ModelFileKind, TorqueModel, TrainingRanges};
 use mtgp::{MultiTaskModel, TaskCovariance, TaskProcess};
 use serde::Serialize;
 
-use crate::commands::inspect::description::{Description, FitDescription, JointDescription};
+use crate::commands::inspect::description::{
+    Description, FitDescription, JointDescription, ParameterDescription,
+};
 use crate::context_hyperparameters::full_rows;
 use crate::error::CliError;
 use crate::hyperparameter_file::Hyperparameters;
 use crate::model_file::LearnedModel;
 use crate::printed::PrintArgs;
+use crate::rigid_body_model::RigidBodyModel;
 
 /// What a model file holds: joints, contexts, hyperparameters, how contexts are related, how it was fitted
 ///
@@ -50,6 +53,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let description = match LearnedModel::load(&args.model)? {
         LearnedModel::OneContext(model) => of_one_context(&model),
         LearnedModel::ManyContexts(model) => of_many_contexts(&model),
+        LearnedModel::RigidBody(model) => of_rigid_body(&model),
     };
     args.print.print(&description, Description::text)
 }
@@ -83,6 +87,7 @@ fn of_one_context(model: &TorqueModel) -> Description {
                 ))
             }
         },
+        parameters: None,
         k_task: None,
         correlations: None,
         fit: joint.summary().map(fit),
@@ -93,6 +98,33 @@ fn of_one_context(model: &TorqueModel) -> Description {
         joints: model.learned().iter().map(joint).collect(),
         ..Description::new(
             ModelFileKind::OneContext,
+            model.joint_names(),
+            model.provenance(),
+            model.ranges(),
+        )
+    }
+}
+
+fn of_rigid_body(model: &RigidBodyModel) -> Description {
+    let joint = |(joint_idx, joint): &(usize, InformedModel)| JointDescription {
+        joint: model.joint_names()[*joint_idx].clone(),
+        model: joint.name().to_owned(),
+        hyperparameters: (joint.remainder())
+            .map(|covariance| Hyperparameters::of(covariance, joint.noise_std())),
+        parameters: Some(ParameterDescription {
+            spread: joint.spread(),
+            noise_std: joint.noise_std(),
+        }),
+        k_task: None,
+        correlations: None,
+        fit: Some(fit(joint.summary())),
+    };
+    let context = model.provenance().context.clone();
+    Description {
+        context: (!context.is_empty()).then_some(context),
+        joints: model.learned().iter().map(joint).collect(),
+        ..Description::new(
+            ModelFileKind::RigidBody,
             model.joint_names(),
             model.provenance(),
             model.ranges(),
@@ -153,6 +185,7 @@ fn task_joint(model: &MultiTaskModel, joint: &str, process: &TaskProcess) -> Joi
         joint: joint.to_owned(),
         model: process.name(),
         hyperparameters: Some(hyperparameters),
+        parameters: None,
         k_task: Some(rows(task.k_task())),
         correlations: Some(rows(task.correlations())),
         fit: Some(fit(&process.summary)),

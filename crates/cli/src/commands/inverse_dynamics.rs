@@ -87,13 +87,13 @@ Exit status: 0, or 2 for bad input or usage; then there is one message and no ou
 /// # Errors
 /// Anything wrong with the options or a file; no output is left.
 pub fn run(args: &Args) -> Result<(), CliError> {
-    let mut inputs = args.robot.files();
+    let mut inputs = args.robot.request().files();
     inputs.push(&args.input);
     inputs.extend(args.payload.as_deref());
     output::check_not_an_input(&args.output, &inputs)?;
     check_is_csv(&args.output)?;
 
-    let robot = args.robot.load()?;
+    let robot = args.robot.request().load()?;
     let context = match &args.payload {
         Some(path) => payload_file::load(path, &robot)?,
         None => Context::empty(),

@@ -45,16 +45,19 @@ pub enum ModelFileKind {
     OneContext,
     /// One for each joint that covers several contexts.
     ManyContexts,
+    /// [`crate::InformedModel`] for each joint, with the robot whose parameters they are of.
+    RigidBody,
 }
 
 impl ModelFileKind {
-    const ALL: [Self; 2] = [Self::OneContext, Self::ManyContexts];
+    const ALL: [Self; 3] = [Self::OneContext, Self::ManyContexts, Self::RigidBody];
 
     /// The upper 16 bits of the header's word.
     fn code(self) -> u32 {
         match self {
             Self::OneContext => 0,
             Self::ManyContexts => 1,
+            Self::RigidBody => 2,
         }
     }
 
@@ -72,6 +75,7 @@ impl fmt::Display for ModelFileKind {
         f.write_str(match self {
             Self::OneContext => "a model of one context",
             Self::ManyContexts => "a model of several contexts",
+            Self::RigidBody => "a model with a rigid-body prior",
         })
     }
 }

@@ -2,6 +2,7 @@
 
 mod dot;
 mod file;
+mod informed_model;
 mod joint_model;
 mod linear_predictor;
 mod matrix_record;
@@ -16,6 +17,7 @@ mod torque_model;
 mod training_ranges;
 
 pub use file::{FORMAT_VERSION, ModelFileError, ModelFileKind, decode_model, encode_model};
+pub use informed_model::{InformedModel, InformedRecord};
 pub use joint_model::{FitSummary, JointModel, ModelKind, ProcessModel};
 pub use origin_record::{ProvenanceRecord, RangesRecord};
 pub use predictor::{Predictor, PredictorScratch};

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use gp_core::{Predictor, PredictorScratch};
-use mtgp::ContextPredictor;
+use faer::MatRef;
+use gp_core::TorqueModel;
+use mtgp::MultiTaskModel;
 use puma_dyn::{
     Context, FeedForward, GravityFeedForward, JointState, ModelFeedForward, NoFeedForward,
 };
@@ -13,6 +14,7 @@ use crate::error::CliError;
 use crate::messages;
 use crate::model_file::LearnedModel;
 use crate::range_watch::RangeWatch;
+use crate::rigid_body_model::RigidBodyModel;
 use crate::robot::Robot;
 use crate::row_contexts::number_of;
 
@@ -31,19 +33,42 @@ pub enum Source {
 /// What the loop asks: torques for a desired state.
 pub type Asked<'a> = Box<dyn FnMut(&JointState, &mut [f64]) + 'a>;
 
-/// A learned predictor with its scratch.
+/// A learned model as the loop asks it.
 pub struct Learned {
-    predictor: Either,
-    scratch: PredictorScratch,
+    means: Means,
     joint_indices: Vec<usize>,
     x: Vec<f64>,
     mean: Vec<f64>,
-    var: Vec<f64>,
 }
 
-enum Either {
-    OneContext(Predictor),
-    ManyContexts(ContextPredictor, usize),
+/// Means of the learned joints at a state x; NaN where it is not finite, which stops the run with the joint's name.
+type Means = Box<dyn FnMut(&[f64], &mut [f64])>;
+
+fn of_one_context(model: &TorqueModel) -> Means {
+    let predictor = model.predictor();
+    let mut scratch = predictor.scratch();
+    let mut var = vec![0.0; predictor.n_learned()];
+    Box::new(move |x, mean| _ = predictor.predict_into(&mut scratch, x, mean, &mut var))
+}
+
+fn of_many_contexts(model: &MultiTaskModel, number: usize) -> Means {
+    let predictor = model.predictor();
+    let mut scratch = predictor.scratch();
+    let mut var = vec![0.0; model.learned().len()];
+    Box::new(move |x, mean| _ = predictor.predict_into(number, &mut scratch, x, mean, &mut var))
+}
+
+fn of_rigid_body(model: RigidBodyModel) -> Means {
+    Box::new(move |x, mean| {
+        let row = MatRef::from_row_major_slice(x, 1, x.len());
+        match model.predict(row) {
+            Ok(joints) => {
+                let means = joints.iter().map(|joint| joint.mean[0]);
+                mean.iter_mut().zip(means).for_each(|(to, from)| *to = from);
+            }
+            Err(_) => mean.fill(f64::NAN),
+        }
+    })
 }
 
 impl Source {
@@ -115,16 +140,18 @@ impl Learned {
         let whose = path.display().to_string();
         require_joints(&whose, model.joint_names(), robot.model.joint_names())?;
         warn(&whose, &model, robot, reference);
-        let predictor = match (&model, context) {
-            (LearnedModel::OneContext(model), None) => Either::OneContext(model.predictor()),
-            (LearnedModel::OneContext(_), Some(asked)) => {
+        let joint_indices = model.learned();
+        let means = match (model, context) {
+            (LearnedModel::OneContext(model), None) => of_one_context(&model),
+            (LearnedModel::RigidBody(model), None) => of_rigid_body(model),
+            (LearnedModel::OneContext(_) | LearnedModel::RigidBody(_), Some(asked)) => {
                 return Err(CliError::Usage(format!(
                     "--context {asked}: {whose} is a model of one context; leave --context out"
                 )));
             }
             (LearnedModel::ManyContexts(model), Some(asked)) => {
                 let number = number_of(asked, model.contexts(), &whose)?;
-                Either::ManyContexts(model.predictor(), number)
+                of_many_contexts(&model, number)
             }
             (LearnedModel::ManyContexts(model), None) => {
                 return Err(CliError::Usage(format!(
@@ -133,17 +160,10 @@ impl Learned {
                 )));
             }
         };
-        let scratch = match &predictor {
-            Either::OneContext(predictor) => predictor.scratch(),
-            Either::ManyContexts(predictor, _) => predictor.scratch(),
-        };
-        let joint_indices = model.learned();
         Ok(Self {
-            predictor,
-            scratch,
+            means,
             x: vec![0.0; 3 * robot.model.n_joints()],
             mean: vec![0.0; joint_indices.len()],
-            var: vec![0.0; joint_indices.len()],
             joint_indices,
         })
     }
@@ -155,20 +175,7 @@ impl Learned {
             .iter_mut()
             .zip(numbers)
             .for_each(|(x, number)| *x = *number);
-        let Self {
-            scratch,
-            x,
-            mean,
-            var,
-            ..
-        } = self;
-        // A state that is not finite leaves NaN, which stops the run with the joint's name.
-        _ = match &self.predictor {
-            Either::OneContext(predictor) => predictor.predict_into(scratch, x, mean, var),
-            Either::ManyContexts(predictor, number) => {
-                predictor.predict_into(*number, scratch, x, mean, var)
-            }
-        };
+        (self.means)(&self.x, &mut self.mean);
         tau.fill(0.0);
         for (joint_idx, mean) in self.joint_indices.iter().zip(&self.mean) {
             tau[*joint_idx] = *mean;

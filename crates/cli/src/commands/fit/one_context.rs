@@ -66,8 +66,6 @@ fn joint_model(args: &Args, x: MatRef<'_, f64>, torques: &[f64]) -> Result<Joint
         ModelArg::Gp => process(TorqueForm::Smooth)?.into(),
         ModelArg::Lrc => BayesLinear::fit(x, torques, LinearForm::Coulomb)?.into(),
         ModelArg::Lr => BayesLinear::fit(x, torques, LinearForm::Smooth)?.into(),
-        ModelArg::Gpc | ModelArg::Mgp | ModelArg::Igp | ModelArg::Pgp => {
-            process(TorqueForm::Coulomb)?.into()
-        }
+        _ => process(TorqueForm::Coulomb)?.into(),
     })
 }

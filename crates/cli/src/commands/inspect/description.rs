@@ -34,6 +34,9 @@ pub struct JointDescription {
     /// None for linear models.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hyperparameters: Option<Hyperparameters>,
+    /// None without a rigid-body prior.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parameters: Option<ParameterDescription>,
     /// K^ρ by rows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub k_task: Option<Vec<Vec<f64>>>,
@@ -41,6 +44,15 @@ pub struct JointDescription {
     pub correlations: Option<Vec<Vec<f64>>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fit: Option<FitDescription>,
+}
+
+/// What was learned of the prior of a robot's parameters.
+#[derive(Serialize)]
+pub struct ParameterDescription {
+    /// Factor of the prior's standard deviations.
+    pub spread: f64,
+    /// Standard deviation of the noise, N·m.
+    pub noise_std: f64,
 }
 
 /// How the hyperparameters of a joint were found.
@@ -69,6 +81,7 @@ impl Description {
             kind: match kind {
                 ModelFileKind::OneContext => "one context",
                 ModelFileKind::ManyContexts => "several contexts",
+                ModelFileKind::RigidBody => "one context with a rigid-body prior",
             },
             program: provenance.program.clone(),
             data_sha256: hex(&provenance.data_sha256),
@@ -119,6 +132,13 @@ impl JointDescription {
         let mut text = format!("\n{}: {}\n", self.joint, self.model);
         if let Some(fit) = &self.fit {
             text += &fit.text();
+        }
+        if let Some(parameters) = &self.parameters {
+            let _ = writeln!(
+                text,
+                "standard deviations of the robot's parameters times {:.3e}; noise std {:.6} N·m",
+                parameters.spread, parameters.noise_std
+            );
         }
         if let Some(hyperparameters) = &self.hyperparameters {
             let entries = hyperparameters.entries().into_iter();
