@@ -7,7 +7,7 @@ use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 /// Sources, data and dependencies that the numbers of a cell come from.
-const MEASURED_BY: [&str; 9] = [
+const MEASURED_BY: [&str; 11] = [
     "Cargo.lock",
     "fixtures/scenario.toml",
     "crates/puma-dyn/src",
@@ -17,6 +17,8 @@ const MEASURED_BY: [&str; 9] = [
     "crates/bench-suite/src/split.rs",
     "crates/bench-suite/src/dataset.rs",
     "crates/bench-suite/src/models.rs",
+    "crates/bench-suite/src/measure.rs",
+    "crates/bench-suite/src/metrics.rs",
 ];
 
 /// What the units of the many-contexts experiments come from beside these.
@@ -33,23 +35,45 @@ const TRAINED_BY: [&str; 2] = [
     "crates/bench-suite/src/section5/training_set.rs",
 ];
 
-/// What the learning curves of transfer come from beside all of these.
-const TRANSFER_MEASURED_BY: [&str; 1] = ["crates/bench-suite/src/section5/transfer/measure.rs"];
+/// What the parts of an experiment of section 5 come from beside all of these.
+const SECTION5: [(&str, &str); 7] = [
+    ("CLOSED_LOOP", "closed_loop"),
+    ("CONTEXT", "context"),
+    ("MODELS", "models.rs"),
+    ("NOVEL", "novel"),
+    ("RBD", "rbd"),
+    ("SAMPLED", "sampled"),
+    ("TRANSFER", "transfer"),
+];
+
+/// Files of these that only report what was measured; all others count as behind the numbers.
+const REPORTING: [&str; 4] = ["confusion.rs", "findings.rs", "picture.rs", "table.rs"];
 
 fn main() -> std::io::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut hasher = DefaultHasher::new();
-    add(&mut hasher, &root, &MEASURED_BY)?;
-    println!("cargo:rustc-env=MEASURED_BY={:016x}", hasher.finish());
-    add(&mut hasher, &root, &MANY_MEASURED_BY)?;
-    println!("cargo:rustc-env=MANY_MEASURED_BY={:016x}", hasher.finish());
-    add(&mut hasher, &root, &TRAINED_BY)?;
-    println!("cargo:rustc-env=TRAINED_BY={:016x}", hasher.finish());
-    add(&mut hasher, &root, &TRANSFER_MEASURED_BY)?;
-    println!(
-        "cargo:rustc-env=TRANSFER_MEASURED_BY={:016x}",
-        hasher.finish()
-    );
+    for (name, paths) in [
+        ("MEASURED_BY", &MEASURED_BY[..]),
+        ("MANY_MEASURED_BY", &MANY_MEASURED_BY),
+        ("TRAINED_BY", &TRAINED_BY),
+    ] {
+        add(&mut hasher, &root, paths)?;
+        println!("cargo:rustc-env={name}={:016x}", hasher.finish());
+    }
+    for (name, path) in SECTION5 {
+        let mut hasher = hasher.clone();
+        let section5 = "crates/bench-suite/src/section5";
+        let own = format!("{section5}/{path}");
+        add(
+            &mut hasher,
+            &root,
+            &[&format!("{section5}/normal.rs"), &own],
+        )?;
+        println!(
+            "cargo:rustc-env={name}_MEASURED_BY={:016x}",
+            hasher.finish()
+        );
+    }
     println!("cargo:rerun-if-changed=build.rs");
     Ok(())
 }
@@ -59,11 +83,22 @@ fn add(hasher: &mut DefaultHasher, root: &Path, names: &[&str]) -> std::io::Resu
     for name in names {
         println!("cargo:rerun-if-changed={}", root.join(name).display());
         for file in files_under(&root.join(name))? {
+            if is_reporting(&file) {
+                continue;
+            }
             file.strip_prefix(root).unwrap_or(&file).hash(hasher);
             std::fs::read(&file)?.hash(hasher);
         }
     }
     Ok(())
+}
+
+/// Whether a file has no part in any number: it reports, or is prose.
+fn is_reporting(file: &Path) -> bool {
+    let name = file.file_name().and_then(|name| name.to_str());
+    let is_named = name.is_some_and(|name| REPORTING.contains(&name));
+    let is_of_section5 = file.iter().any(|folder| folder == "section5");
+    is_named && is_of_section5 || file.extension().is_some_and(|e| e == "md")
 }
 
 /// The file itself, or every file below a directory in the order of the names.

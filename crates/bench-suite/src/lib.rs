@@ -23,5 +23,6 @@ pub mod shard;
 pub mod spec;
 pub mod split;
 pub mod store;
+pub mod tally;
 
 pub use error::BenchError;

@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::digest::sha256_hex;
 use crate::run::Seconds;
 use crate::store::{MANY_MEASURED_BY, MEASURED_BY};
+use crate::tally::Tally;
 
 /// Origin of a directory of results.
 #[derive(Debug, Clone, Serialize)]
@@ -61,6 +62,18 @@ impl Manifest {
             n_failed: 0,
             n_missing: 0,
             seconds: Seconds::default(),
+        }
+    }
+
+    /// Adds how the work went.
+    pub fn count<'a>(&mut self, tallies: impl Iterator<Item = &'a Tally>) {
+        for tally in tallies {
+            self.n_reused += tally.n_reused;
+            self.n_computed += tally.n_computed();
+            self.n_failed += tally.failed.len();
+            self.n_missing += tally.missing.len();
+            self.seconds.data_set += tally.seconds.data_set;
+            self.seconds.cells += tally.seconds.cells;
         }
     }
 
