@@ -1,14 +1,18 @@
-//! Fingerprint of everything that a fit's numbers depend on, for `store.rs`.
+//! Fingerprints of everything that numbers depend on, for `store.rs`, and the revision that is compiled.
 //!
-//! A finished cell is reused as long as this text hash is unchanged; reports and pictures are not part of it.
+//! A finished cell is reused as long as its fingerprint is unchanged; reports, pictures, prose, and packages that only
+//! these need are not part of it.
 
+#[path = "src/revision.rs"]
+mod revision;
+
+use std::collections::BTreeSet;
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 /// Sources, data and dependencies that the numbers of a cell come from.
-const MEASURED_BY: [&str; 11] = [
-    "Cargo.lock",
+const MEASURED_BY: [&str; 10] = [
     "fixtures/scenario.toml",
     "crates/puma-dyn/src",
     "crates/kernels/src",
@@ -20,6 +24,12 @@ const MEASURED_BY: [&str; 11] = [
     "crates/bench-suite/src/measure.rs",
     "crates/bench-suite/src/metrics.rs",
 ];
+
+/// Members of the workspace that numbers come from.
+const MEMBERS: [&str; 4] = ["puma-dyn", "kernels", "gp-core", "mtgp"];
+
+/// Packages that this one's own numbers come from.
+const PACKAGES: [&str; 4] = ["faer", "rayon", "rand_chacha", "sha2"];
 
 /// What the units of the many-contexts experiments come from beside these.
 const MANY_MEASURED_BY: [&str; 4] = [
@@ -52,6 +62,12 @@ const REPORTING: [&str; 4] = ["confusion.rs", "findings.rs", "picture.rs", "tabl
 fn main() -> std::io::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut hasher = DefaultHasher::new();
+    let mut packages = BTreeSet::from(PACKAGES.map(String::from));
+    for member in MEMBERS {
+        let manifest = read(&root.join("crates").join(member).join("Cargo.toml"))?;
+        packages.extend(dependencies_of_manifest(&manifest));
+    }
+    locked(&read(&root.join("Cargo.lock"))?, packages).hash(&mut hasher);
     for (name, paths) in [
         ("MEASURED_BY", &MEASURED_BY[..]),
         ("MANY_MEASURED_BY", &MANY_MEASURED_BY),
@@ -75,7 +91,55 @@ fn main() -> std::io::Result<()> {
         );
     }
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=src");
+    println!("cargo:rustc-env=COMPILED_FROM={}", revision::of(&root));
     Ok(())
+}
+
+fn read(path: &Path) -> std::io::Result<String> {
+    println!("cargo:rerun-if-changed={}", path.display());
+    std::fs::read_to_string(path)
+}
+
+/// Names in the section `[dependencies]` of a manifest, without those of the workspace itself.
+fn dependencies_of_manifest(manifest: &str) -> impl Iterator<Item = String> {
+    let section = manifest.split("[dependencies]").nth(1).unwrap_or("");
+    let lines = section.lines().take_while(|line| !line.starts_with('['));
+    let names = lines.filter_map(|line| line.split(['.', ' ', '=']).next());
+    let is_package = |name: &&str| !name.is_empty() && !name.starts_with('#');
+    let names = names
+        .filter(is_package)
+        .filter(|name| !MEMBERS.contains(name));
+    names.map(String::from)
+}
+
+/// The entries of the lock file that some packages need, directly or not; of a name, all versions.
+fn locked(lock_file: &str, mut needed: BTreeSet<String>) -> Vec<&str> {
+    let entries: Vec<&str> = lock_file.split("[[package]]").skip(1).collect();
+    loop {
+        let chosen: Vec<&str> = (entries.iter().copied())
+            .filter(|entry| needed.contains(name(entry)))
+            .collect();
+        let n_before = needed.len();
+        let of_chosen = chosen.iter().flat_map(|entry| dependencies(entry));
+        needed.extend(of_chosen.map(String::from));
+        if needed.len() == n_before {
+            return chosen;
+        }
+    }
+}
+
+/// Name in an entry: `name = "faer"`.
+fn name(entry: &str) -> &str {
+    let after = entry.split("name = \"").nth(1);
+    after.and_then(|text| text.split('"').next()).unwrap_or("")
+}
+
+/// Names in the list of an entry, whose items are `"faer"` or `"faer 0.24.4"`.
+fn dependencies(entry: &str) -> impl Iterator<Item = &str> {
+    let list = entry.split("dependencies = [").nth(1).unwrap_or("");
+    let quoted = list.split('"').skip(1).step_by(2);
+    quoted.filter_map(|item| item.split(' ').next())
 }
 
 /// Names and contents of all files.

@@ -38,21 +38,27 @@ fn facts(manifest: &Manifest) -> TextTable {
         none if none.is_empty() => "none: nothing was drawn at random".to_string(),
         seeds => seeds,
     };
-    let rows = [
-        ("revision", manifest.revision.as_str()),
-        ("started", &manifest.started),
+    let mut rows = vec![("revision", manifest.revision.as_str())];
+    if manifest.compiled_from != manifest.revision {
+        rows.push((
+            "revision that the program was compiled from",
+            &manifest.compiled_from,
+        ));
+    }
+    rows.extend([
+        ("started", manifest.started.as_str()),
         ("processor", &manifest.cpu),
         ("threads", &threads),
         ("seeds", &seeds),
         ("sources of the cells", &manifest.measured_by),
         ("sources of the units", &manifest.many_measured_by),
         ("SHA-256 of Cargo.lock", &manifest.lock_file_sha256),
-    ];
+    ]);
     TextTable {
         header: ["what", "value"].map(String::from).to_vec(),
-        rows: rows
+        rows: (rows.into_iter())
             .map(|(what, value)| vec![what.to_string(), value.to_string()])
-            .to_vec(),
+            .collect(),
         n_left: 2,
     }
 }
