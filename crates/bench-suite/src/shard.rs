@@ -38,6 +38,7 @@ impl Shard {
     /// The shard that takes this one's place in the dealing when `n_dealt` pieces have been dealt before.
     ///
     /// So that many short lots of work do not all begin with the first shard.
+    #[must_use]
     pub fn after(self, n_dealt: usize) -> Self {
         let back = self.count - n_dealt % self.count;
         Self {

@@ -85,8 +85,8 @@ fn kept(output: &Path, experiment: &str) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = versions
         .into_iter()
         .flatten()
-        .flat_map(|version| std::fs::read_dir(version.unwrap().path()).unwrap())
-        .map(|file| file.unwrap().path())
+        .flat_map(|version| std::fs::read_dir(version.expect("readable").path()).expect("readable"))
+        .map(|file| file.expect("readable").path())
         .collect();
     files.sort();
     files
@@ -199,7 +199,7 @@ fn numbers(section: &Section) -> Vec<(&str, &str)> {
     let tables = section
         .files
         .iter()
-        .filter(|(name, _)| name.ends_with(".csv"));
+        .filter(|(name, _)| Path::new(name).extension().is_some_and(|e| e == "csv"));
     let text = |contents| std::str::from_utf8(contents).expect("text");
     tables
         .map(|(name, contents)| (name.as_str(), text(contents)))

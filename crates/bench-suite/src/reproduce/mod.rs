@@ -164,14 +164,9 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     };
     let many = match of_many {
         Some(outcome) => {
-            let parts = (&mut page, &mut files);
-            Some(many_contexts::report(
-                &many,
-                request.profile,
-                (outcome, of_shared),
-                parts.0,
-                parts.1,
-            )?)
+            let (outcomes, profile) = ((outcome, of_shared), request.profile);
+            let many = many_contexts::report(&many, profile, outcomes, &mut page, &mut files);
+            Some(many?)
         }
         None => None,
     };
@@ -229,11 +224,14 @@ fn seeds(one: &[(Experiment, Scope)], many: &[(MultiExperiment, MultiScope)]) ->
     seeds.into_iter().cloned().collect()
 }
 
+/// Sections with the experiments that they are of.
+type Sections<'a> = Vec<(&'a Section5Experiment, Section)>;
+
 /// Sections of section 5 whose work is all there, and how the work went.
 fn run_section5<'a>(
     experiments: &'a [Section5Experiment],
     request: &Request,
-) -> Result<(Vec<(&'a Section5Experiment, Section)>, Option<Tally>), BenchError> {
+) -> Result<(Sections<'a>, Option<Tally>), BenchError> {
     if experiments.is_empty() {
         return Ok((Vec::new(), None));
     }

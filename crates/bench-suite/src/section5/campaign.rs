@@ -47,11 +47,13 @@ impl Campaign {
     }
 
     /// The same with only a part of the work computed.
+    #[must_use]
     pub fn with_shard(self, shard: Shard) -> Self {
         Self { shard, ..self }
     }
 
     /// The same on a number of threads, 0 for one a core.
+    #[must_use]
     pub fn with_threads(self, n_threads: usize) -> Self {
         Self { n_threads, ..self }
     }

@@ -110,6 +110,7 @@ impl<T> Task<T> {
     }
 
     /// The same with a cost.
+    #[must_use]
     pub fn costing(self, cost: usize) -> Self {
         Self { cost, ..self }
     }

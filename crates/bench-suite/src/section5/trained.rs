@@ -136,7 +136,7 @@ impl Trained {
                 models.push(model);
             }
         }
-        let [mgp, igp, pgp] = of_kind.map(together);
+        let [mgp, igp, pgp] = of_kind.each_ref().map(|models| together(models));
         Ok(Self {
             mgp: mgp?,
             igp: igp?,
@@ -146,7 +146,7 @@ impl Trained {
 }
 
 /// One model of the joints of several, which know the same contexts.
-fn together(models: Vec<MultiTaskModel>) -> Result<MultiTaskModel, BenchError> {
+fn together(models: &[MultiTaskModel]) -> Result<MultiTaskModel, BenchError> {
     let mut parts = models[0].parts().clone();
     parts.learned = (models.iter())
         .flat_map(|model| model.learned().iter().cloned())

@@ -50,6 +50,9 @@ pub struct Outcome {
     step: f64,
 }
 
+/// What came of all changes with a window.
+pub type OfWindow = (usize, Vec<Outcome>);
+
 /// What came of all changes, for every window; `None` as long as one of them is missing.
 ///
 /// A part is a window on a trajectory.
@@ -62,7 +65,7 @@ pub fn outcomes(
     set: &TrainingSet,
     tested: &[TrajectoryId],
     settings: &Settings,
-) -> Result<Option<Vec<(usize, Vec<Outcome>)>>, BenchError> {
+) -> Result<Option<Vec<OfWindow>>, BenchError> {
     let mut tasks = Vec::new();
     for &window in &settings.windows {
         tasks.extend(tested.iter().map(|&trajectory| {
@@ -92,7 +95,7 @@ pub fn outcomes(
 }
 
 /// CSV file and findings, for every window.
-pub fn report(outcomes: &[(usize, Vec<Outcome>)], settings: &Settings, section: &mut Section) {
+pub fn report(outcomes: &[OfWindow], settings: &Settings, section: &mut Section) {
     let mut rows = Vec::new();
     for (window, outcomes) in outcomes {
         found(*window, outcomes, settings, section);
