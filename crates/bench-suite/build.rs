@@ -1,14 +1,18 @@
-//! Fingerprint of everything that a fit's numbers depend on, for `store.rs`.
+//! Fingerprints of everything that numbers depend on, for `store.rs`, and the revision that is compiled.
 //!
-//! A finished cell is reused as long as this text hash is unchanged; reports and pictures are not part of it.
+//! A finished cell is reused as long as its fingerprint is unchanged; reports, pictures, prose, and packages that only
+//! these need are not part of it.
 
+#[path = "src/revision.rs"]
+mod revision;
+
+use std::collections::BTreeSet;
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 /// Sources, data and dependencies that the numbers of a cell come from.
-const MEASURED_BY: [&str; 9] = [
-    "Cargo.lock",
+const MEASURED_BY: [&str; 10] = [
     "fixtures/scenario.toml",
     "crates/puma-dyn/src",
     "crates/kernels/src",
@@ -17,7 +21,15 @@ const MEASURED_BY: [&str; 9] = [
     "crates/bench-suite/src/split.rs",
     "crates/bench-suite/src/dataset.rs",
     "crates/bench-suite/src/models.rs",
+    "crates/bench-suite/src/measure.rs",
+    "crates/bench-suite/src/metrics.rs",
 ];
+
+/// Members of the workspace that numbers come from.
+const MEMBERS: [&str; 4] = ["puma-dyn", "kernels", "gp-core", "mtgp"];
+
+/// Packages that this one's own numbers come from.
+const PACKAGES: [&str; 4] = ["faer", "rayon", "rand_chacha", "sha2"];
 
 /// What the units of the many-contexts experiments come from beside these.
 const MANY_MEASURED_BY: [&str; 4] = [
@@ -33,25 +45,101 @@ const TRAINED_BY: [&str; 2] = [
     "crates/bench-suite/src/section5/training_set.rs",
 ];
 
-/// What the learning curves of transfer come from beside all of these.
-const TRANSFER_MEASURED_BY: [&str; 1] = ["crates/bench-suite/src/section5/transfer/measure.rs"];
+/// What the parts of an experiment of section 5 come from beside all of these.
+const SECTION5: [(&str, &str); 7] = [
+    ("CLOSED_LOOP", "closed_loop"),
+    ("CONTEXT", "context"),
+    ("MODELS", "models.rs"),
+    ("NOVEL", "novel"),
+    ("RBD", "rbd"),
+    ("SAMPLED", "sampled"),
+    ("TRANSFER", "transfer"),
+];
+
+/// Files of these that only report what was measured; all others count as behind the numbers.
+const REPORTING: [&str; 4] = ["confusion.rs", "findings.rs", "picture.rs", "table.rs"];
 
 fn main() -> std::io::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut hasher = DefaultHasher::new();
-    add(&mut hasher, &root, &MEASURED_BY)?;
-    println!("cargo:rustc-env=MEASURED_BY={:016x}", hasher.finish());
-    add(&mut hasher, &root, &MANY_MEASURED_BY)?;
-    println!("cargo:rustc-env=MANY_MEASURED_BY={:016x}", hasher.finish());
-    add(&mut hasher, &root, &TRAINED_BY)?;
-    println!("cargo:rustc-env=TRAINED_BY={:016x}", hasher.finish());
-    add(&mut hasher, &root, &TRANSFER_MEASURED_BY)?;
-    println!(
-        "cargo:rustc-env=TRANSFER_MEASURED_BY={:016x}",
-        hasher.finish()
-    );
+    let mut packages = BTreeSet::from(PACKAGES.map(String::from));
+    for member in MEMBERS {
+        let manifest = read(&root.join("crates").join(member).join("Cargo.toml"))?;
+        packages.extend(dependencies_of_manifest(&manifest));
+    }
+    locked(&read(&root.join("Cargo.lock"))?, packages).hash(&mut hasher);
+    for (name, paths) in [
+        ("MEASURED_BY", &MEASURED_BY[..]),
+        ("MANY_MEASURED_BY", &MANY_MEASURED_BY),
+        ("TRAINED_BY", &TRAINED_BY),
+    ] {
+        add(&mut hasher, &root, paths)?;
+        println!("cargo:rustc-env={name}={:016x}", hasher.finish());
+    }
+    for (name, path) in SECTION5 {
+        let mut hasher = hasher.clone();
+        let section5 = "crates/bench-suite/src/section5";
+        let own = format!("{section5}/{path}");
+        add(
+            &mut hasher,
+            &root,
+            &[&format!("{section5}/normal.rs"), &own],
+        )?;
+        println!(
+            "cargo:rustc-env={name}_MEASURED_BY={:016x}",
+            hasher.finish()
+        );
+    }
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=src");
+    println!("cargo:rustc-env=COMPILED_FROM={}", revision::of(&root));
     Ok(())
+}
+
+fn read(path: &Path) -> std::io::Result<String> {
+    println!("cargo:rerun-if-changed={}", path.display());
+    std::fs::read_to_string(path)
+}
+
+/// Names in the section `[dependencies]` of a manifest, without those of the workspace itself.
+fn dependencies_of_manifest(manifest: &str) -> impl Iterator<Item = String> {
+    let section = manifest.split("[dependencies]").nth(1).unwrap_or("");
+    let lines = section.lines().take_while(|line| !line.starts_with('['));
+    let names = lines.filter_map(|line| line.split(['.', ' ', '=']).next());
+    let is_package = |name: &&str| !name.is_empty() && !name.starts_with('#');
+    let names = names
+        .filter(is_package)
+        .filter(|name| !MEMBERS.contains(name));
+    names.map(String::from)
+}
+
+/// The entries of the lock file that some packages need, directly or not; of a name, all versions.
+fn locked(lock_file: &str, mut needed: BTreeSet<String>) -> Vec<&str> {
+    let entries: Vec<&str> = lock_file.split("[[package]]").skip(1).collect();
+    loop {
+        let chosen: Vec<&str> = (entries.iter().copied())
+            .filter(|entry| needed.contains(name(entry)))
+            .collect();
+        let n_before = needed.len();
+        let of_chosen = chosen.iter().flat_map(|entry| dependencies(entry));
+        needed.extend(of_chosen.map(String::from));
+        if needed.len() == n_before {
+            return chosen;
+        }
+    }
+}
+
+/// Name in an entry: `name = "faer"`.
+fn name(entry: &str) -> &str {
+    let after = entry.split("name = \"").nth(1);
+    after.and_then(|text| text.split('"').next()).unwrap_or("")
+}
+
+/// Names in the list of an entry, whose items are `"faer"` or `"faer 0.24.4"`.
+fn dependencies(entry: &str) -> impl Iterator<Item = &str> {
+    let list = entry.split("dependencies = [").nth(1).unwrap_or("");
+    let quoted = list.split('"').skip(1).step_by(2);
+    quoted.filter_map(|item| item.split(' ').next())
 }
 
 /// Names and contents of all files.
@@ -59,11 +147,22 @@ fn add(hasher: &mut DefaultHasher, root: &Path, names: &[&str]) -> std::io::Resu
     for name in names {
         println!("cargo:rerun-if-changed={}", root.join(name).display());
         for file in files_under(&root.join(name))? {
+            if is_reporting(&file) {
+                continue;
+            }
             file.strip_prefix(root).unwrap_or(&file).hash(hasher);
             std::fs::read(&file)?.hash(hasher);
         }
     }
     Ok(())
+}
+
+/// Whether a file has no part in any number: it reports, or is prose.
+fn is_reporting(file: &Path) -> bool {
+    let name = file.file_name().and_then(|name| name.to_str());
+    let is_named = name.is_some_and(|name| REPORTING.contains(&name));
+    let is_of_section5 = file.iter().any(|folder| folder == "section5");
+    is_named && is_of_section5 || file.extension().is_some_and(|e| e == "md")
 }
 
 /// The file itself, or every file below a directory in the order of the names.

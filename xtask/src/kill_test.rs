@@ -1,6 +1,7 @@
 //! A run that is killed again and again must end with the files of a run that is left alone.
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
@@ -12,7 +13,7 @@ use crate::program;
 /// Fraction of the golden ratio: its multiples, without their whole parts, fill 0 to 1 evenly and in no order.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// Kills a run `n_kills` times, has it finished, and compares its CSV files with those of an undisturbed run.
+/// Kills a run `n_kills` times, has two runs at once finish it, and compares all CSV files with those of an undisturbed run.
 ///
 /// A kill comes after up to an eighth of the time that the undisturbed run took, so that some of them hit
 /// the fits and the last ones the writing of the report.
@@ -47,19 +48,27 @@ pub fn run(n_kills: usize, arguments: &[String]) -> anyhow::Result<ExitCode> {
             n_results(&killed)?
         );
     }
-    finish(&killed, arguments)?;
+    let both = [start(&killed, arguments)?, start(&killed, arguments)?];
+    both.into_iter().try_for_each(end)?;
 
-    let (ours, expected) = (tables(&killed)?, tables(&alone)?);
+    let expected = tables(&alone)?;
     ensure!(!expected.is_empty(), "the run left alone wrote no CSV file");
-    for (name, contents) in &expected {
-        let other = ours
-            .get(name)
-            .with_context(|| format!("{name} is missing"))?;
-        ensure!(other == contents, "{name} differs after {n_killed} kills");
+    let reports = tables(&killed)?;
+    for ((report, name), contents) in &reports {
+        let own = expected.iter().find(|((_, other), _)| other == name);
+        let (_, own) = own.with_context(|| format!("{report}/{name} should not be there"))?;
+        ensure!(
+            own == contents,
+            "{report}/{name} differs after {n_killed} kills"
+        );
     }
+    let n = expected.len();
+    ensure!(
+        reports.len() >= 2 * n,
+        "the last two runs wrote less than the one left alone"
+    );
     println!(
-        "{} CSV files are the same bytes after {n_killed} kills",
-        expected.len()
+        "{n} CSV files are the same bytes after {n_killed} kills, in the reports of both runs that ended it"
     );
     Ok(ExitCode::SUCCESS)
 }
@@ -73,7 +82,11 @@ fn start(output: &Path, arguments: &[String]) -> anyhow::Result<Child> {
 }
 
 fn finish(output: &Path, arguments: &[String]) -> anyhow::Result<()> {
-    let status = start(output, arguments)?.wait()?;
+    end(start(output, arguments)?)
+}
+
+fn end(mut run: Child) -> anyhow::Result<()> {
+    let status = run.wait()?;
     ensure!(
         status.success(),
         "a run that nobody killed ended with {status}"
@@ -100,18 +113,16 @@ fn n_results(output: &Path) -> anyhow::Result<usize> {
         .count())
 }
 
-/// The CSV files of the last report by their names, without those of seconds.
-fn tables(output: &Path) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
+/// The CSV files of all reports by the report's name and their own, without those of seconds.
+fn tables(output: &Path) -> anyhow::Result<BTreeMap<(String, String), Vec<u8>>> {
     let mut tables = BTreeMap::new();
     for path in files(output)? {
-        let name = path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
+        let text = |part: Option<&OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+        let name = text(path.file_name());
         let is_table = path.extension().is_some_and(|e| e == "csv");
         if is_table && !name.ends_with("seconds.csv") {
-            tables.insert(name, std::fs::read(&path)?);
+            let report = text(path.parent().and_then(Path::file_name));
+            tables.insert((report, name), std::fs::read(&path)?);
         }
     }
     Ok(tables)
@@ -146,6 +157,7 @@ mod tests {
             std::fs::write(dir.path().join("report").join(name), name).unwrap();
         }
         let tables = tables(dir.path()).unwrap();
-        assert_eq!(tables.keys().collect::<Vec<_>>(), ["cells.csv"]);
+        let own = ("report".to_string(), "cells.csv".to_string());
+        assert_eq!(tables.keys().collect::<Vec<_>>(), [&own]);
     }
 }

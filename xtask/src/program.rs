@@ -10,14 +10,13 @@ use crate::paths::root;
 /// Runs a command of `bench-suite` with the arguments as they are, and hands on its exit status.
 ///
 /// # Errors
-/// If cargo cannot be started.
+/// If cargo or the program cannot be started, or the build fails.
 pub fn bench_suite(command: &str, arguments: &[String]) -> anyhow::Result<ExitCode> {
     say("Building bench-suite in release mode; the first time takes about two minutes.");
-    let status = cargo("run")
-        .args(["--", command])
-        .args(arguments)
-        .status()
-        .context("cannot start cargo")?;
+    build_bench_suite()?;
+    let mut program = Command::new(bench_suite_path()?);
+    let status = program.arg(command).args(arguments).status();
+    let status = status.context("cannot start bench-suite")?;
     // A signal leaves no code; 1 then says that the command did not end well.
     Ok(match status.code().map(u8::try_from) {
         Some(Ok(code)) => ExitCode::from(code),
@@ -25,12 +24,20 @@ pub fn bench_suite(command: &str, arguments: &[String]) -> anyhow::Result<ExitCo
     })
 }
 
-/// Builds `bench-suite` without running it.
+/// Builds `bench-suite` in release mode, without running it.
+///
+/// Out of the whole workspace: with another selection of packages their dependencies would have other features,
+/// and be built once more beside those of `cargo build --release`.
 ///
 /// # Errors
 /// If cargo cannot be started or the build fails.
 pub fn build_bench_suite() -> anyhow::Result<()> {
-    let status = cargo("build").status().context("cannot start cargo")?;
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut cargo = Command::new(cargo);
+    cargo.args(["build", "--quiet", "--release", "--locked"]);
+    cargo.args(["--workspace", "--bin", "bench-suite"]);
+    cargo.arg("--manifest-path").arg(root().join("Cargo.toml"));
+    let status = cargo.status().context("cannot start cargo")?;
     ensure!(status.success(), "bench-suite cannot be built");
     Ok(())
 }
@@ -42,22 +49,6 @@ pub fn build_bench_suite() -> anyhow::Result<()> {
 pub fn bench_suite_path() -> anyhow::Result<PathBuf> {
     let this = std::env::current_exe().context("where is this program?")?;
     Ok(this.with_file_name("bench-suite"))
-}
-
-/// A cargo command for `bench-suite` in release mode.
-fn cargo(command: &str) -> Command {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut cargo = Command::new(cargo);
-    cargo.args([
-        command,
-        "--quiet",
-        "--release",
-        "--locked",
-        "--package",
-        "bench-suite",
-    ]);
-    cargo.arg("--manifest-path").arg(root().join("Cargo.toml"));
-    cargo
 }
 
 #[expect(clippy::print_stderr, reason = "a long silence needs an explanation")]

@@ -16,6 +16,7 @@ pub mod progress;
 pub mod regression;
 pub mod report;
 pub mod reproduce;
+mod revision;
 pub mod run;
 pub mod section5;
 pub mod seed;
@@ -23,5 +24,6 @@ pub mod shard;
 pub mod spec;
 pub mod split;
 pub mod store;
+pub mod tally;
 
 pub use error::BenchError;

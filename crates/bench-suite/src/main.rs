@@ -1,11 +1,10 @@
 //! `bench-suite`: runs the experiments and prints what they say beside the chapter.
-#![expect(
-    clippy::print_stdout,
-    reason = "the table on standard output is what the command is for"
-)]
 
 mod flags;
+mod terminal;
 
+use std::fmt::Display;
+use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -25,6 +24,7 @@ use bench_suite::store::{Work, write_atomically};
 use clap::Parser;
 
 use crate::flags::{Command, Flags, NmseRegression, ReproducePaper, root};
+use crate::terminal::Output;
 
 /// Exit status when the request is at fault.
 const BAD_REQUEST: u8 = 2;
@@ -38,12 +38,11 @@ fn main() -> ExitCode {
     result.unwrap_or_else(|error| complain(&error))
 }
 
-#[expect(clippy::print_stderr, reason = "the one place where an error is shown")]
 fn complain(error: &anyhow::Error) -> ExitCode {
     let known = error.downcast_ref::<BenchError>();
     // Its own messages say everything; `{:#}` would say the cause once more.
     let message = known.map_or_else(|| format!("{error:#}"), ToString::to_string);
-    eprintln!("error: {message}");
+    terminal::error(message);
     match known {
         Some(
             BenchError::UnknownName { .. }
@@ -81,14 +80,15 @@ fn reproduce_paper(flags: ReproducePaper) -> anyhow::Result<ExitCode> {
         return compute_share(&request, shard);
     }
     let reproduction = reproduce(&request)?;
-    print(&reproduction);
+    print(&mut Output::new(), &reproduction)?;
     Ok(status(reproduction.is_complete()))
 }
 
 fn compute_share(request: &Request, shard: Shard) -> anyhow::Result<ExitCode> {
     let share = compute(request)?;
+    let mut out = Output::new();
     for line in share.counts().iter().chain(&share.failed()) {
-        println!("shard {shard}: {line}");
+        writeln!(out, "shard {shard}: {line}")?;
     }
     Ok(status(share.is_complete()))
 }
@@ -101,68 +101,93 @@ fn status(is_good: bool) -> ExitCode {
     }
 }
 
-fn print(reproduction: &Reproduction) {
-    print_findings(&reproduction.about_data);
+fn print(out: &mut Output, reproduction: &Reproduction) -> io::Result<()> {
+    print_findings(out, &reproduction.about_data)?;
     if let Some(one) = &reproduction.one {
-        print_one(one);
+        print_one(out, one)?;
     }
     if let Some(many) = &reproduction.many {
-        print_many(many);
+        print_many(out, many)?;
     }
-    print_findings(&reproduction.section5);
+    print_findings(out, &reproduction.section5)?;
+    if let Some(work) = &reproduction.section5_work {
+        print_missing(out, &work.missing)?;
+        for failed in &work.failed {
+            writeln!(out, "Without a result: {failed}")?;
+        }
+    }
     let directory = reproduction.directory.display();
-    println!(
+    writeln!(
+        out,
         "Report: {directory}/report.html, as Markdown report.md; figures and CSV files beside it"
-    );
+    )
 }
 
-fn print_one(one: &OneContext) {
+fn print_one(out: &mut Output, one: &OneContext) -> io::Result<()> {
     if let Some(table) = &one.table3 {
-        println!("\nTable 3, average nMSE over the loads; ratio = ours / published\n");
-        println!("{}", table.to_text());
+        writeln!(
+            out,
+            "\nTable 3, average nMSE over the loads; ratio = ours / published\n"
+        )?;
+        writeln!(out, "{}", table.to_text())?;
     }
-    print_findings(&one.findings);
+    print_findings(out, &one.findings)?;
     print_seconds(
+        out,
         durations::TITLE,
         &durations::by_model_and_size(&one.outcome.records).to_text(),
         &one.outcome,
-    );
+    )
 }
 
-fn print_many(many: &ManyContexts) {
-    println!(
+fn print_many(out: &mut Output, many: &ManyContexts) -> io::Result<()> {
+    writeln!(
+        out,
         "\nRanks chosen by BIC and models that the mGPs start from (in parentheses: the chapter's)\n"
-    );
-    println!("{}", many.table.to_text());
-    print_findings(&many.findings);
+    )?;
+    writeln!(out, "{}", many.table.to_text())?;
+    print_findings(out, &many.findings)?;
     print_seconds(
+        out,
         multi_durations::TITLE,
         &multi_durations::by_model_and_size(&many.outcome.records).to_text(),
         &many.outcome,
-    );
+    )
 }
 
-fn print_findings(findings: &Findings) {
+fn print_findings(out: &mut Output, findings: &Findings) -> io::Result<()> {
     for (title, found) in findings {
-        println!("{title}:");
+        writeln!(out, "{title}:")?;
         for finding in found {
-            println!("  {finding}");
+            writeln!(out, "  {finding}")?;
         }
-        println!();
+        writeln!(out)?;
     }
+    Ok(())
 }
 
-fn print_seconds<W: Work>(title: &str, table: &str, outcome: &RunOutcome<W>) {
-    if let Some(first) = outcome.missing.first() {
-        let n = outcome.missing.len();
-        println!("Not computed yet: {n}, the first of them {first}.\n");
-    }
-    println!("{title}:\n{table}");
+fn print_missing(out: &mut Output, missing: &[impl Display]) -> io::Result<()> {
+    let Some(first) = missing.first() else {
+        return Ok(());
+    };
+    let n = missing.len();
+    writeln!(out, "Not computed yet: {n}, the first of them {first}.\n")
+}
+
+fn print_seconds<W: Work>(
+    out: &mut Output,
+    title: &str,
+    table: &str,
+    outcome: &RunOutcome<W>,
+) -> io::Result<()> {
+    print_missing(out, &outcome.missing)?;
+    writeln!(out, "{title}:\n{table}")?;
     let seconds = &outcome.seconds;
-    println!(
+    writeln!(
+        out,
         "This run: data set {:.1} s, computing {:.1} s.",
         seconds.data_set, seconds.cells
-    );
+    )
 }
 
 fn nmse_regression(flags: &NmseRegression) -> anyhow::Result<ExitCode> {
@@ -185,10 +210,16 @@ fn nmse_regression(flags: &NmseRegression) -> anyhow::Result<ExitCode> {
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     let expected = Scores::read(&path.display().to_string(), &text)?;
     let moved = regression::moved(&scores(&reproduction), &expected);
+    let mut out = Output::new();
     for line in &moved {
-        println!("{line}");
+        writeln!(out, "{line}")?;
     }
-    println!("{} of {} averages moved", moved.len(), expected.0.len());
+    writeln!(
+        out,
+        "{} of {} averages moved",
+        moved.len(),
+        expected.0.len()
+    )?;
     Ok(status(moved.is_empty()))
 }
 
@@ -210,40 +241,43 @@ fn update(path: &Path, reproduction: &Reproduction) -> anyhow::Result<ExitCode> 
         "cells failed; the committed file stays"
     );
     write_atomically(path, scores(reproduction).to_csv().as_bytes())?;
-    println!("{} renewed", path.display());
+    writeln!(Output::new(), "{} renewed", path.display())?;
     Ok(ExitCode::SUCCESS)
 }
 
 fn list() -> anyhow::Result<ExitCode> {
     let catalogue = Catalogue::all()?;
+    let mut out = Output::new();
     for experiment in &catalogue.data {
-        println!("{:8} {}", experiment.name, experiment.title);
+        writeln!(out, "{:8} {}", experiment.name, experiment.title)?;
     }
     for experiment in &catalogue.one {
-        println!("{:8} {}", experiment.name, experiment.title);
+        writeln!(out, "{:8} {}", experiment.name, experiment.title)?;
         for (profile, scope) in &experiment.profile {
             let (loads, n_cells) = (scope.loads.len(), experiment.cells(scope).len());
             let (joints, sizes) = (&scope.joints, &scope.sizes);
-            println!(
+            writeln!(
+                out,
                 "         {:6} {n_cells} cells: {loads} loads, joints {joints:?}, n {sizes:?}",
                 profile.name()
-            );
+            )?;
         }
     }
     for experiment in &catalogue.many {
-        println!("{:8} {}", experiment.name, experiment.title);
+        writeln!(out, "{:8} {}", experiment.name, experiment.title)?;
         for (profile, scope) in &experiment.profile {
             let (contexts, n_units) = (experiment.n_contexts, experiment.units(scope, 1).len());
             let (joints, totals) = (&scope.joints, &scope.totals);
-            println!(
+            writeln!(
+                out,
                 "         {:6} {n_units} units: {contexts} contexts, joints {joints:?}, n {totals:?}, ranks {:?}",
                 profile.name(),
                 scope.ranks
-            );
+            )?;
         }
     }
     for experiment in &catalogue.section5 {
-        println!("{:8} {}", experiment.name, experiment.title);
+        writeln!(out, "{:8} {}", experiment.name, experiment.title)?;
     }
     Ok(ExitCode::SUCCESS)
 }

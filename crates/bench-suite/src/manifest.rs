@@ -1,22 +1,25 @@
 //! What a directory of results says about its own origin.
 
 use std::path::Path;
-use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::Serialize;
 
 use crate::digest::sha256_hex;
+use crate::revision;
 use crate::run::Seconds;
 use crate::store::{MANY_MEASURED_BY, MEASURED_BY};
+use crate::tally::Tally;
 
 /// Origin of a directory of results.
 #[derive(Debug, Clone, Serialize)]
 pub struct Manifest {
     /// Command that a reader can type.
     pub command: String,
-    /// Git revision, with `-dirty` when files differ from it; `unknown` outside a checkout.
+    /// Git revision of the checkout, with `-dirty` when files differ from it; `unknown` outside one.
     pub revision: String,
+    /// The same when the program was compiled: at an older commit if no source has changed since.
+    pub compiled_from: String,
     /// Start, UTC.
     pub started: String,
     /// SHA-256 of Cargo.lock.
@@ -48,7 +51,8 @@ impl Manifest {
     pub fn start(command: String, n_threads: usize) -> Self {
         Self {
             command,
-            revision: revision(),
+            revision: revision::of(Path::new(env!("CARGO_MANIFEST_DIR"))),
+            compiled_from: env!("COMPILED_FROM").to_string(),
             started: utc(seconds_since_epoch()),
             lock_file_sha256: sha256_hex(include_bytes!("../../../Cargo.lock")),
             measured_by: MEASURED_BY.to_string(),
@@ -64,6 +68,18 @@ impl Manifest {
         }
     }
 
+    /// Adds how the work went.
+    pub fn count<'a>(&mut self, tallies: impl Iterator<Item = &'a Tally>) {
+        for tally in tallies {
+            self.n_reused += tally.n_reused;
+            self.n_computed += tally.n_computed();
+            self.n_failed += tally.failed.len();
+            self.n_missing += tally.missing.len();
+            self.seconds.data_set += tally.seconds.data_set;
+            self.seconds.cells += tally.seconds.cells;
+        }
+    }
+
     /// Name of the directory: date, profile and revision.
     pub fn directory_name(&self, profile: &str) -> String {
         let date = self.started.replace(':', "");
@@ -76,29 +92,6 @@ fn resolve_threads(n_threads: usize) -> usize {
     match n_threads {
         0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
         n => n,
-    }
-}
-
-fn revision() -> String {
-    let git = |arguments: &[&str]| {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let output = Command::new("git")
-            .arg("-C")
-            .arg(root)
-            .args(arguments)
-            .output();
-        output
-            .ok()
-            .filter(|o| o.status.success())
-            .map(|o| String::from_utf8_lossy(&o.stdout).trim().to_string())
-    };
-    match (
-        git(&["rev-parse", "--short=10", "HEAD"]),
-        git(&["status", "--porcelain"]),
-    ) {
-        (Some(revision), Some(changes)) if changes.is_empty() => revision,
-        (Some(revision), _) => format!("{revision}-dirty"),
-        (None, _) => "unknown".to_string(),
     }
 }
 

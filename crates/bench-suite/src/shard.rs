@@ -35,6 +35,23 @@ impl Shard {
         mine.map(|(_, i)| all[i].clone()).collect()
     }
 
+    /// The shard that takes this one's place in the dealing when `n_dealt` pieces have been dealt before.
+    ///
+    /// So that many short lots of work do not all begin with the first shard.
+    #[must_use]
+    pub fn after(self, n_dealt: usize) -> Self {
+        let back = self.count - n_dealt % self.count;
+        Self {
+            index: (self.index - 1 + back) % self.count + 1,
+            ..self
+        }
+    }
+
+    /// Number of this part, from 1.
+    pub fn index(self) -> usize {
+        self.index
+    }
+
     /// Part, from 1, that the piece at a place of the dealt order goes to.
     fn owner(self, place: usize) -> usize {
         let (round, k) = (place / self.count, place % self.count);
@@ -125,6 +142,22 @@ mod tests {
         let shard = Shard { index: 1, count: 3 };
         let owners: Vec<usize> = (0..9).map(|place| shard.owner(place)).collect();
         assert_eq!(owners, [1, 2, 3, 3, 2, 1, 1, 2, 3]);
+    }
+
+    #[test]
+    fn lots_dealt_one_after_another_leave_nothing_out_and_go_on_where_the_last_ended() {
+        let work = cells(1);
+        for n_dealt in 0..7 {
+            let shards = (1..=3).map(|index| Shard { index, count: 3 }.after(n_dealt));
+            let parts: Vec<BTreeSet<Cell>> = shards.map(|shard| shard.of(work.clone())).collect();
+            assert_eq!(parts.iter().map(BTreeSet::len).sum::<usize>(), work.len());
+            let union: BTreeSet<Cell> = parts.into_iter().flatten().collect();
+            assert_eq!(union, work);
+        }
+        // With one piece dealt to the first of three, the second is the next first.
+        let second = Shard { index: 2, count: 3 };
+        assert_eq!(second.after(1), Shard { index: 1, count: 3 });
+        assert_eq!(Shard::WHOLE.after(5), Shard::WHOLE);
     }
 
     #[test]

@@ -1,6 +1,9 @@
 //! Training and test samples of a load: table 2 and the subsets of the data-poor runs.
 
 use std::collections::BTreeSet;
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
 
 use crate::seed::{sample_indices, stream};
 
@@ -16,7 +19,7 @@ pub const N_ROWS: usize = N_PATHS * N_SPEEDS * N_SAMPLES;
 const N_DRAWN: usize = 2000;
 
 /// One of the sixteen trajectories, a path followed at a speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TrajectoryId {
     /// Path, from 0: p1 is 0.
     pub path_idx: usize,
@@ -54,6 +57,13 @@ const fn trajectory(path: usize, speed: usize) -> TrajectoryId {
     TrajectoryId {
         path_idx: path - 1,
         speed_idx: speed - 1,
+    }
+}
+
+/// Path and speed, such as p2s3.
+impl fmt::Display for TrajectoryId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "p{}s{}", self.path_idx + 1, self.speed_idx + 1)
     }
 }
 

@@ -296,3 +296,33 @@ fn list_names_experiments_and_profiles() {
         "{text}"
     );
 }
+
+#[test]
+fn a_reader_who_has_gone_ends_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    // The reading end is closed before the program starts: its first line cannot be written.
+    let closed = || std::io::pipe().unwrap().1;
+    let status = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bench-suite"));
+        command.args(arguments).stdout(closed()).stderr(closed());
+        command.status().unwrap().code()
+    };
+    assert_eq!(status(&["list"]), Some(0));
+    let output = dir.path().display().to_string();
+    let small = [
+        "reproduce-paper",
+        "--only",
+        "table3",
+        "--loads",
+        "c4",
+        "--joints",
+        "1",
+        "--sizes",
+        "20",
+        "--output",
+        &output,
+    ];
+    assert_eq!(status(&small), Some(0));
+    assert_eq!(reports(dir.path()).len(), 1);
+    assert_eq!(status(&["reproduce-paper", "--only", "fig70"]), Some(2));
+}

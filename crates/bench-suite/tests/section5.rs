@@ -1,13 +1,16 @@
 //! The models that the experiments of section 5 share: the same bits for any number of threads, fitted once.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use bench_suite::data_figures::section::Section;
 use bench_suite::run::Reuse;
 use bench_suite::section5::bench::Bench;
+use bench_suite::section5::campaign::Campaign;
 use bench_suite::section5::make;
 use bench_suite::section5::spec::Section5Experiment;
 use bench_suite::section5::trained::Trained;
 use bench_suite::section5::training_set::TrainingSet;
+use bench_suite::shard::Shard;
 use bench_suite::spec::Profile;
 
 /// Four loads of six samples each.
@@ -26,7 +29,7 @@ fn bytes(trained: &Trained) -> [Vec<u8>; 3] {
 fn trained_with(n_threads: usize, dir: &Path, reuse: Reuse) -> [Vec<u8>; 3] {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads);
     pool.build().expect("a pool").install(|| {
-        let bench = Bench::new(Profile::Smoke, dir, reuse).expect("the data");
+        let bench = Bench::new(dir, reuse, Shard::WHOLE).expect("the data");
         bytes(&bench.trained(&small()).expect("the models"))
     })
 }
@@ -46,7 +49,7 @@ fn threads_do_not_change_the_models_and_their_files_are_used_again() {
         files.sort();
         files
     };
-    assert_eq!(models().len(), 3);
+    assert_eq!(models().len(), 3 * 6);
     // A spoilt file counts as missing; the others alone do not.
     std::fs::write(&models()[0], "spoilt").unwrap();
     let again = trained_with(1, first.path(), Reuse::Fits);
@@ -70,10 +73,143 @@ fn smallest(name: &str, source: &str, changes: &[(&str, &str)]) -> Section5Exper
     Section5Experiment::parse(name, &source).expect("an experiment")
 }
 
+/// The section of an experiment whose work is all there or computed now.
+fn made(experiment: &Section5Experiment, campaign: &Campaign) -> Section {
+    let section = make(experiment, campaign).expect("no failure");
+    section.expect("nothing is missing")
+}
+
+/// Files of finished work of an experiment, in the order of their names.
+fn kept(output: &Path, experiment: &str) -> Vec<PathBuf> {
+    let versions = std::fs::read_dir(output.join("section5").join(experiment));
+    let mut files: Vec<PathBuf> = versions
+        .into_iter()
+        .flatten()
+        .flat_map(|version| std::fs::read_dir(version.expect("readable").path()).expect("readable"))
+        .map(|file| file.expect("readable").path())
+        .collect();
+    files.sort();
+    files
+}
+
+/// Five experiments with models of 28 samples, as small as they can be.
+fn small_experiments() -> Vec<Section5Experiment> {
+    let n_total = ("n_total = 280", "n_total = 28");
+    let rbd = [
+        n_total,
+        ("[1, 3, 6]", "[3]"),
+        ("[20, 170]", "[20, 21]"),
+        ("many_joints = [3]", "many_joints = []"),
+    ];
+    let closed_loop = [
+        n_total,
+        ("loads = [3, 12]", "loads = [3]"),
+        ("new_samples = 50", "new_samples = 5"),
+        ("followed = [\"p2s3\", \"p2s4\"]", "followed = [\"p2s4\"]"),
+        ("[4.0, 8.0, 16.0, 32.0]", "[32.0]"),
+    ];
+    let novel = [
+        n_total,
+        ("[1, 2, 5, 10, 20, 50, 100, 200]", "[5, 10]"),
+        ("draws = 2", "draws = 1"),
+        ("test_stride = 20", "test_stride = 500"),
+    ];
+    let sampled = [
+        n_total,
+        ("n_warmup = 60", "n_warmup = 4"),
+        ("n_draws = 60", "n_draws = 6"),
+        ("max_depth = 6", "max_depth = 2"),
+        ("n_mixture = 20", "n_mixture = 2"),
+    ];
+    vec![
+        smallest(
+            "models",
+            include_str!("../experiments/models.toml"),
+            &[n_total],
+        ),
+        smallest("novel", include_str!("../experiments/novel.toml"), &novel),
+        smallest("rbd", include_str!("../experiments/rbd.toml"), &rbd),
+        smallest(
+            "sampled",
+            include_str!("../experiments/sampled.toml"),
+            &sampled,
+        ),
+        smallest(
+            "closed_loop",
+            include_str!("../experiments/closed_loop.toml"),
+            &closed_loop,
+        ),
+    ]
+}
+
+#[test]
+fn shards_share_the_work_a_lost_part_is_computed_again_and_results_are_only_read() {
+    let (alone, shared) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let experiments = small_experiments();
+    let campaign = |output: &Path, reuse| Campaign::new(Profile::Smoke, output, reuse);
+    let whole = campaign(alone.path(), Reuse::Fits).with_threads(1);
+    let expected: Vec<Section> = experiments.iter().map(|one| made(one, &whole)).collect();
+    let n_all = whole.into_tally().n_computed();
+
+    let mut n_shared = 0;
+    for shard in ["2/2", "1/2"] {
+        let share = campaign(shared.path(), Reuse::Fits).with_shard(shard.parse().unwrap());
+        for experiment in &experiments {
+            make(experiment, &share).expect("no failure");
+        }
+        let tally = share.into_tally();
+        assert!(tally.n_computed() >= n_all / 2, "{shard}: {tally:?}");
+        assert_eq!((tally.n_reused, tally.missing.len()), (0, 0));
+        n_shared += tally.n_computed();
+    }
+    assert_eq!(n_shared, n_all);
+
+    for (experiment, expected) in experiments.iter().zip(&expected) {
+        let name = &experiment.name;
+        let stored = campaign(shared.path(), Reuse::Results);
+        assert_eq!(
+            numbers(&made(experiment, &stored)),
+            numbers(expected),
+            "{name}"
+        );
+
+        let files = kept(shared.path(), name);
+        assert!(files.len() > 1 || name == "sampled", "{name}: {files:?}");
+        std::fs::write(&files[0], "cut short").unwrap();
+        let stored = campaign(shared.path(), Reuse::Results);
+        assert_eq!(make(experiment, &stored).unwrap(), None, "{name}");
+        assert_eq!(stored.into_tally().missing.len(), 1, "{name}");
+        let again = campaign(shared.path(), Reuse::Fits);
+        assert_eq!(
+            numbers(&made(experiment, &again)),
+            numbers(expected),
+            "{name}"
+        );
+        let tally = again.into_tally();
+        assert_eq!(
+            (tally.n_computed(), tally.n_reused),
+            (1, files.len() - 1),
+            "{name}"
+        );
+    }
+}
+
+/// The CSV files, in which there are no seconds.
+fn numbers(section: &Section) -> Vec<(&str, &str)> {
+    let tables = section
+        .files
+        .iter()
+        .filter(|(name, _)| Path::new(name).extension().is_some_and(|e| e == "csv"));
+    let text = |contents| std::str::from_utf8(contents).expect("text");
+    tables
+        .map(|(name, contents)| (name.as_str(), text(contents)))
+        .collect()
+}
+
 #[test]
 fn every_experiment_is_made_and_says_what_was_asked_for() {
     let dir = tempfile::tempdir().unwrap();
-    let bench = Bench::new(Profile::Smoke, dir.path(), Reuse::Fits).unwrap();
+    let campaign = Campaign::new(Profile::Smoke, dir.path(), Reuse::Fits);
     let context = smallest(
         "context",
         include_str!("../experiments/context.toml"),
@@ -86,7 +222,7 @@ fn every_experiment_is_made_and_says_what_was_asked_for() {
             ("windows = [0, 4, 16]", "windows = [0]"),
         ],
     );
-    let section = make(&context, &bench).unwrap();
+    let section = made(&context, &campaign);
     let names: Vec<&str> = section
         .files
         .iter()
@@ -115,7 +251,7 @@ fn every_experiment_is_made_and_says_what_was_asked_for() {
             ("test_stride = 20", "test_stride = 500"),
         ],
     );
-    let section = make(&novel, &bench).unwrap();
+    let section = made(&novel, &campaign);
     let table = section.table.unwrap();
     assert_eq!((table.rows.len(), table.header.len()), (8, 5));
     let of = |learner: &str, column: usize| -> f64 {
@@ -129,7 +265,7 @@ fn every_experiment_is_made_and_says_what_was_asked_for() {
 #[test]
 fn curves_of_transfer_meet_where_they_are_of_the_same_samples_and_are_kept() {
     let dir = tempfile::tempdir().unwrap();
-    let bench = Bench::new(Profile::Smoke, dir.path(), Reuse::Fits).unwrap();
+    let campaign = Campaign::new(Profile::Smoke, dir.path(), Reuse::Fits);
     let transfer = smallest(
         "transfer",
         include_str!("../experiments/transfer.toml"),
@@ -142,7 +278,7 @@ fn curves_of_transfer_meet_where_they_are_of_the_same_samples_and_are_kept() {
             ("test_stride = 20", "test_stride = 500"),
         ],
     );
-    let section = make(&transfer, &bench).unwrap();
+    let section = made(&transfer, &campaign);
     let table = section.table.clone().unwrap();
     assert_eq!((table.rows.len(), table.header.len()), (4, 8));
     assert_eq!(section.findings.len(), 5);
@@ -169,7 +305,6 @@ fn curves_of_transfer_meet_where_they_are_of_the_same_samples_and_are_kept() {
     }
     assert_ne!(bits("samples", "6", "mGP"), bits("samples", "4", "mGP"));
 
-    let kept = std::fs::read_dir(dir.path().join("transfer")).unwrap();
-    assert_eq!(kept.count(), 2);
-    assert_eq!(make(&transfer, &bench).unwrap(), section);
+    assert_eq!(kept(dir.path(), "transfer").len(), 2);
+    assert_eq!(made(&transfer, &campaign), section);
 }

@@ -1,27 +1,26 @@
 //! What the program says on standard error: one place, so that every line starts with its kind.
-#![expect(
-    clippy::print_stderr,
-    reason = "a program talks to its user; results go elsewhere"
-)]
+//!
+//! A reader who has gone, as in `2>&1 | head`, is no reason to stop.
 
 use std::fmt::Display;
+use std::io::{Write, stderr};
 
 /// Something that may make the result meaningless.
 pub fn warning(text: impl Display) {
-    eprintln!("warning: {text}");
+    drop(writeln!(stderr(), "warning: {text}"));
 }
 
 /// Something worth knowing.
 pub fn note(text: impl Display) {
-    eprintln!("note: {text}");
+    drop(writeln!(stderr(), "note: {text}"));
 }
 
 /// Why the program stops.
 pub fn error(text: impl Display) {
-    eprintln!("error: {text}");
+    drop(writeln!(stderr(), "error: {text}"));
 }
 
 /// A report of several lines that needs no kind.
 pub fn report(text: impl Display) {
-    eprint!("{text}");
+    drop(write!(stderr(), "{text}"));
 }

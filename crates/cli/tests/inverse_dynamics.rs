@@ -175,6 +175,23 @@ fn a_sidecar_beside_the_robot_is_not_read_silently() {
     assert!(difference > 25.0, "{difference}");
 }
 
+#[test]
+fn a_reader_who_has_gone_is_no_failure() {
+    let folder = Folder::new();
+    folder.write("arm.urdf", std::fs::read(fixture("puma560.urdf")).unwrap());
+    folder.write("states.csv", golden_states());
+    // The reading ends are closed before the program starts: neither its warning nor its table can be written.
+    let closed = || std::io::pipe().unwrap().1;
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_torque-gp"));
+    command.args(["inverse-dynamics", "--robot", "arm.urdf"]);
+    command.args(["--input", "states.csv", "--output", "-"]);
+    command
+        .current_dir(folder.path(""))
+        .stdout(closed())
+        .stderr(closed());
+    assert_eq!(command.status().unwrap().code(), Some(0));
+}
+
 /// Same header and, to a few roundings, the same torques.
 fn assert_close(a: &str, b: &str) {
     assert_eq!(a.lines().next(), b.lines().next());

@@ -5,6 +5,7 @@ mod many_contexts;
 mod one_context;
 mod origin;
 mod share;
+mod tallies;
 mod unfinished;
 mod unused;
 
@@ -15,6 +16,7 @@ pub use many_contexts::ManyContexts;
 pub use share::{Share, compute};
 
 use self::files::Files;
+use self::tallies::Tallies;
 use crate::catalogue::Catalogue;
 use crate::cell::Cell;
 use crate::data_figures::page;
@@ -30,13 +32,14 @@ use crate::report::averages::{self, Averages};
 use crate::report::page::Page;
 use crate::report::text_table::TextTable;
 use crate::report::{differences, html, markdown};
-use crate::run::{Reuse, RunOutcome, run, thread_pool};
+use crate::run::{Reuse, RunOutcome, run};
 use crate::section5;
-use crate::section5::bench::Bench;
+use crate::section5::campaign::Campaign;
 use crate::section5::spec::Section5Experiment;
 use crate::shard::Shard;
 use crate::spec::{Experiment, Profile, Scope, Selection};
-use crate::store::{MANY_MEASURED_BY, MEASURED_BY, Store, Work};
+use crate::store::{MANY_MEASURED_BY, MEASURED_BY, Store};
+use crate::tally::Tally;
 
 /// What the chapter leaves open and what was chosen: a part of every report.
 const DEVIATIONS: &str = include_str!("../../../../docs/DEVIATIONS.md");
@@ -82,6 +85,8 @@ pub struct Reproduction {
     pub many: Option<ManyContexts>,
     /// What section 5 asks for beside what was found, for the terminal.
     pub section5: Findings,
+    /// How its work went, if one of its experiments was chosen.
+    pub section5_work: Option<Tally>,
 }
 
 /// What came out of the experiments with one context.
@@ -107,6 +112,10 @@ impl Reproduction {
                 .many
                 .as_ref()
                 .is_none_or(|many| many.outcome.failures.is_empty())
+            && self
+                .section5_work
+                .as_ref()
+                .is_none_or(|tally| tally.failed.is_empty())
     }
 }
 
@@ -135,15 +144,19 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let of_one = run_one(&one, request)?;
     let of_many = run_many(&many, request)?;
     let of_shared = run_shared(&many, of_many.as_ref(), request)?;
-    unfinished::refuse_empty(request, of_one.as_ref(), of_many.as_ref())?;
-    let of_section5 = run_section5(&section5, request)?;
-    count(&mut manifest, of_one.as_ref());
-    count(&mut manifest, of_many.as_ref());
+    let (of_section5, section5_work) = run_section5(&section5, request)?;
+    let tallies = Tallies {
+        cells: of_one.as_ref().map(Tally::of),
+        units: of_many.as_ref().map(Tally::of),
+        parts: section5_work,
+    };
+    unfinished::refuse_empty(request, &tallies)?;
+    manifest.count(tallies.all());
 
     let mut files = Files::default();
     let mut page = Page::titled("The chapter's tables and figures");
-    origin_part(&manifest, of_one.as_ref(), of_many.as_ref(), &mut page);
-    unfinished::part(&mut page, of_one.as_ref(), of_many.as_ref());
+    origin::part(&mut page, &manifest, &tallies);
+    unfinished::part(&mut page, &tallies);
     let about_data = data_part(&about_data, &mut page, &mut files);
     let one = match of_one {
         Some(outcome) => Some(report_one(&one, outcome, &mut page, &mut files)?),
@@ -151,14 +164,9 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     };
     let many = match of_many {
         Some(outcome) => {
-            let parts = (&mut page, &mut files);
-            Some(many_contexts::report(
-                &many,
-                request.profile,
-                (outcome, of_shared),
-                parts.0,
-                parts.1,
-            )?)
+            let (outcomes, profile) = ((outcome, of_shared), request.profile);
+            let many = many_contexts::report(&many, profile, outcomes, &mut page, &mut files);
+            Some(many?)
         }
         None => None,
     };
@@ -176,20 +184,8 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
         one,
         many,
         section5,
+        section5_work: tallies.parts,
     })
-}
-
-/// What was run, and how the work went.
-fn origin_part(
-    manifest: &Manifest,
-    one: Option<&RunOutcome>,
-    many: Option<&RunOutcome<Unit>>,
-    page: &mut Page,
-) {
-    let cells = one.map(|outcome| origin::work("cells", outcome));
-    let units = many.map(|outcome| origin::work("units", outcome));
-    let work: Vec<Vec<String>> = cells.into_iter().chain(units).collect();
-    origin::part(page, manifest, &work);
 }
 
 /// The page, which ends with a list of the other files, as Markdown and as HTML.
@@ -228,18 +224,22 @@ fn seeds(one: &[(Experiment, Scope)], many: &[(MultiExperiment, MultiScope)]) ->
     seeds.into_iter().cloned().collect()
 }
 
-/// Sections of section 5; none with `--from results`, as they are computed and not stored.
+/// Sections with the experiments that they are of.
+type Sections<'a> = Vec<(&'a Section5Experiment, Section)>;
+
+/// Sections of section 5 whose work is all there, and how the work went.
 fn run_section5<'a>(
     experiments: &'a [Section5Experiment],
     request: &Request,
-) -> Result<Vec<(&'a Section5Experiment, Section)>, BenchError> {
-    if experiments.is_empty() || request.reuse == Reuse::Results {
-        return Ok(Vec::new());
+) -> Result<(Sections<'a>, Option<Tally>), BenchError> {
+    if experiments.is_empty() {
+        return Ok((Vec::new(), None));
     }
-    thread_pool(request.n_threads)?.install(|| {
-        let bench = Bench::new(request.profile, &request.output, request.reuse)?;
-        section5::page::sections(experiments, &bench)
-    })
+    let campaign = Campaign::new(request.profile, &request.output, request.reuse)
+        .with_shard(request.shard)
+        .with_threads(request.n_threads);
+    let sections = section5::page::sections(experiments, &campaign)?;
+    Ok((sections, Some(campaign.into_tally())))
 }
 
 /// Sections and files of section 5; the findings once more for the terminal.
@@ -376,15 +376,4 @@ fn report_one(
         outcome,
         averages,
     })
-}
-
-fn count<W: Work>(manifest: &mut Manifest, outcome: Option<&RunOutcome<W>>) {
-    if let Some(outcome) = outcome {
-        manifest.n_reused += outcome.n_reused;
-        manifest.n_computed += outcome.records.len() - outcome.n_reused;
-        manifest.n_failed += outcome.failures.len();
-        manifest.n_missing += outcome.missing.len();
-        manifest.seconds.data_set += outcome.seconds.data_set;
-        manifest.seconds.cells += outcome.seconds.cells;
-    }
 }

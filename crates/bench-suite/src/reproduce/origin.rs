@@ -1,16 +1,17 @@
 //! The report's part on its own origin: command, revision, machine, seeds, what was computed and in what time.
 
+use super::tallies::Tallies;
 use crate::manifest::Manifest;
 use crate::report::page::Page;
 use crate::report::text_table::TextTable;
-use crate::run::RunOutcome;
-use crate::store::Work;
+use crate::tally::Tally;
 
 /// Adds the part: what was run, and how the work went by kind of work.
-pub(super) fn part(page: &mut Page, manifest: &Manifest, work: &[Vec<String>]) {
+pub(super) fn part(page: &mut Page, manifest: &Manifest, tallies: &Tallies) {
     page.part("What was run");
     page.command(&manifest.command);
     page.table(&facts(manifest));
+    let work: Vec<Vec<String>> = tallies.named().map(row).collect();
     if !work.is_empty() {
         page.table(&TextTable {
             header: [
@@ -24,11 +25,11 @@ pub(super) fn part(page: &mut Page, manifest: &Manifest, work: &[Vec<String>]) {
             ]
             .map(String::from)
             .to_vec(),
-            rows: work.to_vec(),
+            rows: work,
             n_left: 1,
         });
     }
-    page.prose("A *cell* is one model of one joint under one load; a *unit* is all models of many loads at one joint and size.");
+    page.prose("A *cell* is one model of one joint under one load; a *unit* is all models of many loads at one joint and size; a *part* is one of those that an experiment of section 5 divides into.");
 }
 
 fn facts(manifest: &Manifest) -> TextTable {
@@ -37,35 +38,41 @@ fn facts(manifest: &Manifest) -> TextTable {
         none if none.is_empty() => "none: nothing was drawn at random".to_string(),
         seeds => seeds,
     };
-    let rows = [
-        ("revision", manifest.revision.as_str()),
-        ("started", &manifest.started),
+    let mut rows = vec![("revision", manifest.revision.as_str())];
+    if manifest.compiled_from != manifest.revision {
+        rows.push((
+            "revision that the program was compiled from",
+            &manifest.compiled_from,
+        ));
+    }
+    rows.extend([
+        ("started", manifest.started.as_str()),
         ("processor", &manifest.cpu),
         ("threads", &threads),
         ("seeds", &seeds),
         ("sources of the cells", &manifest.measured_by),
         ("sources of the units", &manifest.many_measured_by),
         ("SHA-256 of Cargo.lock", &manifest.lock_file_sha256),
-    ];
+    ]);
     TextTable {
         header: ["what", "value"].map(String::from).to_vec(),
-        rows: rows
+        rows: (rows.into_iter())
             .map(|(what, value)| vec![what.to_string(), value.to_string()])
-            .to_vec(),
+            .collect(),
         n_left: 2,
     }
 }
 
-/// How the work of one kind went, as a row.
-pub(super) fn work<W: Work>(name: &str, outcome: &RunOutcome<W>) -> Vec<String> {
-    let seconds = &outcome.seconds;
+/// How the work of one kind went.
+fn row((name, tally): (&str, &Tally)) -> Vec<String> {
+    let seconds = &tally.seconds;
     vec![
         name.to_string(),
-        (outcome.records.len() - outcome.n_reused).to_string(),
+        tally.n_computed().to_string(),
         format!("{:.1}", seconds.cells + seconds.data_set),
         format!("{:.1}", seconds.data_set),
-        outcome.n_reused.to_string(),
-        outcome.failures.len().to_string(),
-        outcome.missing.len().to_string(),
+        tally.n_reused.to_string(),
+        tally.failed.len().to_string(),
+        tally.missing.len().to_string(),
     ]
 }

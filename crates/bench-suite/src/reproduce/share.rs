@@ -1,33 +1,28 @@
 //! The work of one shard, kept in the directory of results for whoever makes the report.
 
-use super::{Request, run_many, run_one, scoped_many, scoped_one};
+use super::tallies::Tallies;
+use super::{Request, run_many, run_one, run_section5, scoped_many, scoped_one};
 use crate::catalogue::Catalogue;
 use crate::error::BenchError;
-use crate::multi::unit::Unit;
-use crate::run::RunOutcome;
-use crate::store::Work;
+use crate::tally::Tally;
 
 /// What became of a shard's work.
 #[derive(Debug)]
-pub struct Share {
-    /// Cells, if an experiment with one context was chosen.
-    pub one: Option<RunOutcome>,
-    /// Units, if an experiment with many contexts was chosen.
-    pub many: Option<RunOutcome<Unit>>,
-}
+pub struct Share(Tallies);
 
 /// Computes what is missing of the request's shard, and writes no report.
 ///
 /// # Errors
 /// As for [`super::reproduce`].
 pub fn compute(request: &Request) -> Result<Share, BenchError> {
-    let Catalogue { one, many, .. } = Catalogue::named(&request.only)?;
-    let one = scoped_one(one, request)?;
-    let many = scoped_many(many, request)?;
-    Ok(Share {
-        one: run_one(&one, request)?,
-        many: run_many(&many, request)?,
-    })
+    let chosen = Catalogue::named(&request.only)?;
+    let one = scoped_one(chosen.one, request)?;
+    let many = scoped_many(chosen.many, request)?;
+    Ok(Share(Tallies {
+        cells: run_one(&one, request)?.as_ref().map(Tally::of),
+        units: run_many(&many, request)?.as_ref().map(Tally::of),
+        parts: run_section5(&chosen.section5, request)?.1,
+    }))
 }
 
 impl Share {
@@ -38,31 +33,25 @@ impl Share {
 
     /// How many pieces were computed, were there before, failed and are missing.
     pub fn counts(&self) -> Vec<String> {
-        let one = self.one.as_ref().map(|run| work_done(run, "cells"));
-        let many = self.many.as_ref().map(|run| work_done(run, "units"));
-        one.into_iter().chain(many).collect()
+        self.0.named().map(work_done).collect()
     }
 
     /// Pieces that could not be computed, with the reason.
     pub fn failed(&self) -> Vec<String> {
-        let one = self.one.as_ref().map_or_else(Vec::new, RunOutcome::reasons);
-        let many = self
-            .many
-            .as_ref()
-            .map_or_else(Vec::new, RunOutcome::reasons);
-        [one, many].concat()
+        let failed = self.0.all().flat_map(|tally| &tally.failed);
+        failed.cloned().collect()
     }
 }
 
-fn work_done<W: Work>(outcome: &RunOutcome<W>, name: &str) -> String {
-    let seconds = &outcome.seconds;
+fn work_done((name, tally): (&str, &Tally)) -> String {
+    let seconds = &tally.seconds;
     format!(
         "{} {name} were computed in {:.1} s (and the data set in {:.1} s), {} were taken from earlier runs, {} failed, {} are missing.",
-        outcome.records.len() - outcome.n_reused,
+        tally.n_computed(),
         seconds.cells,
         seconds.data_set,
-        outcome.n_reused,
-        outcome.failures.len(),
-        outcome.missing.len()
+        tally.n_reused,
+        tally.failed.len(),
+        tally.missing.len()
     )
 }

@@ -1,11 +1,11 @@
 //! What is not computed: said in the report, and refused where nothing else would be in it.
 
 use super::Request;
+use super::tallies::Tallies;
 use crate::error::BenchError;
-use crate::multi::unit::Unit;
 use crate::report::page::Page;
-use crate::run::{Reuse, RunOutcome};
-use crate::store::{MANY_MEASURED_BY, MEASURED_BY, Work};
+use crate::run::Reuse;
+use crate::store::{MANY_MEASURED_BY, MEASURED_BY};
 
 /// Missing cells that the report names one by one.
 const MOST_NAMED: usize = 40;
@@ -14,14 +14,10 @@ const MOST_NAMED: usize = 40;
 ///
 /// # Errors
 /// `NothingFinished`, with the directories of results that other versions of the sources left.
-pub(super) fn refuse_empty(
-    request: &Request,
-    one: Option<&RunOutcome>,
-    many: Option<&RunOutcome<Unit>>,
-) -> Result<(), BenchError> {
-    let n_records = one.map_or(0, |o| o.records.len()) + many.map_or(0, |o| o.records.len());
-    let has_fits = one.is_some() || many.is_some();
-    if request.reuse != Reuse::Results || !has_fits || n_records > 0 {
+pub(super) fn refuse_empty(request: &Request, tallies: &Tallies) -> Result<(), BenchError> {
+    let n_finished: usize = tallies.all().map(|tally| tally.n_finished).sum();
+    let has_work = tallies.all().next().is_some();
+    if request.reuse != Reuse::Results || !has_work || n_finished > 0 {
         return Ok(());
     }
     let mut others = Vec::new();
@@ -42,22 +38,23 @@ pub(super) fn refuse_empty(
     })
 }
 
-/// Adds what is missing, if anything is.
-pub(super) fn part(page: &mut Page, one: Option<&RunOutcome>, many: Option<&RunOutcome<Unit>>) {
-    let cells = one.map_or_else(Vec::new, missing);
-    let units = many.map_or_else(Vec::new, missing);
-    let all = [cells, units].concat();
-    if all.is_empty() {
-        return;
+/// Adds what is missing, and what of section 5 failed, if anything is.
+pub(super) fn part(page: &mut Page, tallies: &Tallies) {
+    let missing: Vec<String> = tallies.all().flat_map(|t| &t.missing).cloned().collect();
+    if !missing.is_empty() {
+        page.section("Not computed");
+        page.prose("Averages are over what there is, and a section of section 5 is here only when all its parts are; the same command without `--from results` computes the rest.");
+        page.list(&missing[..missing.len().min(MOST_NAMED)], "");
+        if missing.len() > MOST_NAMED {
+            page.prose(&format!("And {} more.", missing.len() - MOST_NAMED));
+        }
     }
-    page.section("Not computed");
-    page.prose("Averages are over what there is; the same command without `--from results` computes the rest.");
-    page.list(&all[..all.len().min(MOST_NAMED)], "");
-    if all.len() > MOST_NAMED {
-        page.prose(&format!("And {} more.", all.len() - MOST_NAMED));
+    let failed = tallies
+        .parts
+        .as_ref()
+        .map_or(&[][..], |tally| &tally.failed);
+    if !failed.is_empty() {
+        page.section("Parts without a result");
+        page.list(failed, "");
     }
-}
-
-fn missing<W: Work>(outcome: &RunOutcome<W>) -> Vec<String> {
-    outcome.missing.iter().map(ToString::to_string).collect()
 }

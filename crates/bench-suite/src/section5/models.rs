@@ -1,16 +1,18 @@
 //! The shared models themselves: how they were fitted and how they predict.
 
-use mtgp::{MultiTaskModel, TaskProcess};
-use rayon::prelude::*;
-use serde::Deserialize;
+use mtgp::TaskProcess;
+use serde::{Deserialize, Serialize};
 
 use super::bench::Bench;
+use super::campaign::Campaign;
+use super::part::Task;
 use super::spec::Section5Experiment;
 use super::training_set::{SPLIT_SEED, TrainingSet};
 use crate::data_figures::section::{Section, csv};
 use crate::error::BenchError;
 use crate::metrics::nmse;
 use crate::report::text_table::{TextTable, score};
+use crate::spec::N_JOINTS;
 use crate::split::{N_ROWS, Split};
 
 /// Settings of a profile.
@@ -21,6 +23,7 @@ struct Settings {
 }
 
 /// One joint of one model.
+#[derive(Serialize, Deserialize)]
 struct Line {
     model: String,
     joint: usize,
@@ -32,27 +35,41 @@ struct Line {
     extrap: f64,
 }
 
-/// Makes the table.
+/// Makes the table; `None` as long as a line of it is missing.
 ///
 /// # Errors
 /// `Experiment`, and those of [`Bench::trained`].
-pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
-    let settings: Settings = experiment.settings(bench.profile)?;
+pub fn make(
+    experiment: &Section5Experiment,
+    campaign: &Campaign,
+) -> Result<Option<Section>, BenchError> {
+    let settings: Settings = experiment.settings(campaign.profile)?;
     let set = TrainingSet::of_table_2(settings.n_total);
-    let trained = bench.trained(&set)?;
-    let models = [&trained.mgp, &trained.igp, &trained.pgp];
-    let processes: Vec<&(usize, TaskProcess)> = models
-        .into_iter()
-        .flat_map(MultiTaskModel::learned)
-        .collect();
-    let splits: Vec<Split> = (1..=set.n_contexts)
+    let mut tasks = Vec::new();
+    for (model, name) in ["mGP", "iGP", "pGP"].into_iter().enumerate() {
+        tasks.extend((0..N_JOINTS).map(|joint_idx| {
+            let label = format!("{name}, joint {}", joint_idx + 1);
+            Task::new(label, (model, joint_idx))
+        }));
+    }
+    let prepare = |bench| Ok((bench, Bench::trained(bench, &set)?, splits(&set)));
+    let lines = campaign.parts(
+        experiment,
+        &tasks,
+        prepare,
+        |(bench, trained, splits), &(model, joint_idx)| {
+            let models = [&trained.mgp, &trained.igp, &trained.pgp];
+            let (_, process) = &models[model].learned()[joint_idx];
+            line(bench, splits, joint_idx + 1, process)
+        },
+    )?;
+    Ok(lines.map(|lines| section(&lines)))
+}
+
+fn splits(set: &TrainingSet) -> Vec<Split> {
+    (1..=set.n_contexts)
         .map(|load| Split::draw(SPLIT_SEED, load))
-        .collect();
-    let lines: Vec<Line> = processes
-        .into_par_iter()
-        .map(|(joint_idx, process)| line(bench, &splits, joint_idx + 1, process))
-        .collect::<Result<_, _>>()?;
-    Ok(section(&lines))
+        .collect()
 }
 
 fn line(

@@ -1,6 +1,6 @@
 //! The sections of the report about section 5.
 
-use super::bench::Bench;
+use super::campaign::Campaign;
 use super::make;
 use super::spec::Section5Experiment;
 use crate::data_figures::section::Section;
@@ -8,16 +8,19 @@ use crate::error::BenchError;
 use crate::report::finding;
 use crate::report::page::Page;
 
-/// Sections of the experiments, each with its description.
+/// Sections of the experiments whose work is all there, each with its description.
 ///
 /// # Errors
 /// Those of [`make`].
 pub fn sections<'a>(
     experiments: &'a [Section5Experiment],
-    bench: &Bench,
+    campaign: &Campaign,
 ) -> Result<Vec<(&'a Section5Experiment, Section)>, BenchError> {
-    let section = |experiment| Ok((experiment, make(experiment, bench)?));
-    experiments.iter().map(section).collect()
+    let section = |experiment| {
+        let section = make(experiment, campaign).transpose()?;
+        Some(section.map(|section| (experiment, section)))
+    };
+    experiments.iter().filter_map(section).collect()
 }
 
 /// Adds one section to the page: picture, table, what was asked for beside what was found, and how to read it.

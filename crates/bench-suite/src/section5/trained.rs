@@ -16,6 +16,7 @@ use crate::dataset::DataSet;
 use crate::digest::sha256_hex;
 use crate::error::BenchError;
 use crate::run::Reuse;
+use crate::shard::Shard;
 use crate::spec::N_JOINTS;
 use crate::store::write_atomically;
 
@@ -40,16 +41,18 @@ pub struct Trained {
 pub struct Shelf {
     dir: PathBuf,
     reuse: Reuse,
+    shard: Shard,
     /// What this run has used, by key.
     open: Mutex<BTreeMap<String, Arc<Trained>>>,
 }
 
 impl Shelf {
     /// A shelf in a directory, which is created with the first model.
-    pub fn new(dir: PathBuf, reuse: Reuse) -> Self {
+    pub fn new(dir: PathBuf, reuse: Reuse, shard: Shard) -> Self {
         Self {
             dir,
             reuse,
+            shard,
             open: Mutex::new(BTreeMap::new()),
         }
     }
@@ -58,31 +61,41 @@ impl Shelf {
     ///
     /// The joints are fitted side by side on the threads of the pool that this runs in, each
     /// on one thread: the same bits for any number of them.
+    /// A joint is kept as soon as it is fitted, and shards begin with different ones: those that
+    /// run at the same time need not fit everything each.
     ///
     /// # Errors
     /// `MultiTask` or `Fit` if a joint cannot be learned; `Io` if a file cannot be written.
     /// # Panics
     /// If the data lack one of the loads.
     pub fn trained(&self, set: &TrainingSet, data: &DataSet) -> Result<Arc<Trained>, BenchError> {
-        let key = format!("format 1; trained by {TRAINED_BY}; {}", set.key());
+        let key = format!("format 2; trained by {TRAINED_BY}; {}", set.key());
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(trained) = open.get(&key) {
             return Ok(Arc::clone(trained));
         }
-        let kept = (self.reuse != Reuse::Scratch).then(|| self.load(&key));
-        let trained = match kept.flatten() {
-            Some(trained) => trained,
-            None => self.save(&key, fit(set, data)?)?,
-        };
-        let trained = Arc::new(trained);
+        let samples = set.samples(data)?;
+        let places = (0..N_JOINTS).map(|place| (place + self.shard.index() - 1) % N_JOINTS);
+        let mut joints: Vec<(usize, Trained)> = (places.collect::<Vec<_>>().into_par_iter())
+            .map(|joint_idx| {
+                let kept = (self.reuse != Reuse::Scratch).then(|| self.load(&key, joint_idx));
+                let trained = match kept.flatten() {
+                    Some(trained) => trained,
+                    None => self.save(&key, joint_idx, fit(set, &samples, data, joint_idx + 1)?)?,
+                };
+                Ok((joint_idx, trained))
+            })
+            .collect::<Result<_, BenchError>>()?;
+        joints.sort_by_key(|(joint_idx, _)| *joint_idx);
+        let trained = Arc::new(Trained::of_joints(joints)?);
         open.insert(key, Arc::clone(&trained));
         Ok(trained)
     }
 
-    /// The models of an earlier run; an unreadable file counts as missing.
-    fn load(&self, key: &str) -> Option<Trained> {
+    /// One joint's models of an earlier run; an unreadable file counts as missing.
+    fn load(&self, key: &str, joint_idx: usize) -> Option<Trained> {
         let read = |model| {
-            let bytes = std::fs::read(self.path(key, model)).ok()?;
+            let bytes = std::fs::read(self.path(key, joint_idx, model)).ok()?;
             MultiTaskModel::from_bytes(&bytes).ok()
         };
         Some(Trained {
@@ -92,7 +105,7 @@ impl Shelf {
         })
     }
 
-    fn save(&self, key: &str, trained: Trained) -> Result<Trained, BenchError> {
+    fn save(&self, key: &str, joint_idx: usize, trained: Trained) -> Result<Trained, BenchError> {
         std::fs::create_dir_all(&self.dir).map_err(BenchError::io(&self.dir))?;
         let models = [
             ("mgp", &trained.mgp),
@@ -100,40 +113,61 @@ impl Shelf {
             ("pgp", &trained.pgp),
         ];
         for (name, model) in models {
-            write_atomically(&self.path(key, name), &model.to_bytes())?;
+            write_atomically(&self.path(key, joint_idx, name), &model.to_bytes())?;
         }
         Ok(trained)
     }
 
-    /// File of one of the models.
-    fn path(&self, key: &str, model: &str) -> PathBuf {
+    /// File of one of the models of a joint.
+    fn path(&self, key: &str, joint_idx: usize, model: &str) -> PathBuf {
         let hash = sha256_hex(key.as_bytes());
-        self.dir.join(format!("{model}-{}.tgp", &hash[..16]))
+        let joint = joint_idx + 1;
+        self.dir
+            .join(format!("{model}-joint{joint}-{}.tgp", &hash[..16]))
     }
 }
 
-/// One joint's fits: mGP, iGP and pGP.
-struct JointFits([TaskFit; 3]);
+impl Trained {
+    /// The models of all joints from those of each.
+    fn of_joints(joints: Vec<(usize, Self)>) -> Result<Self, BenchError> {
+        let mut of_kind: [Vec<MultiTaskModel>; 3] = Default::default();
+        for (_, Self { mgp, igp, pgp }) in joints {
+            for (models, model) in of_kind.iter_mut().zip([mgp, igp, pgp]) {
+                models.push(model);
+            }
+        }
+        let [mgp, igp, pgp] = of_kind.each_ref().map(|models| together(models));
+        Ok(Self {
+            mgp: mgp?,
+            igp: igp?,
+            pgp: pgp?,
+        })
+    }
+}
 
-/// Fits all joints of a training set.
+/// One model of the joints of several, which know the same contexts.
+fn together(models: &[MultiTaskModel]) -> Result<MultiTaskModel, BenchError> {
+    let mut parts = models[0].parts().clone();
+    parts.learned = (models.iter())
+        .flat_map(|model| model.learned().iter().cloned())
+        .collect();
+    Ok(MultiTaskModel::new(parts)?)
+}
+
+/// Fits one joint, from 1, of a training set: mGP, iGP and pGP.
 ///
 /// # Errors
 /// `MultiTask` or `Fit`.
 /// # Source
 /// A.3.
-pub fn fit(set: &TrainingSet, data: &DataSet) -> Result<Trained, BenchError> {
-    let samples = set.samples(data)?;
-    let fits: Vec<JointFits> = (1..=N_JOINTS)
-        .into_par_iter()
-        .map(|joint| fit_joint(&samples, data, joint))
-        .collect::<Result<_, BenchError>>()?;
-    let mut processes: [Vec<(usize, TaskProcess)>; 3] = Default::default();
-    for (joint_idx, JointFits(fits)) in fits.into_iter().enumerate() {
-        for (list, fit) in processes.iter_mut().zip(fits) {
-            list.push((joint_idx, fit.into()));
-        }
-    }
-    let [mgp, igp, pgp] = processes.map(|learned| model(set, &samples, learned));
+fn fit(
+    set: &TrainingSet,
+    samples: &Samples,
+    data: &DataSet,
+    joint: usize,
+) -> Result<Trained, BenchError> {
+    let [mgp, igp, pgp] = fit_joint(samples, data, joint)?
+        .map(|fit| model(set, samples, vec![(joint - 1, TaskProcess::from(fit))]));
     Ok(Trained {
         mgp: mgp?,
         igp: igp?,
@@ -141,13 +175,13 @@ pub fn fit(set: &TrainingSet, data: &DataSet) -> Result<Trained, BenchError> {
     })
 }
 
-fn fit_joint(samples: &Samples, data: &DataSet, joint: usize) -> Result<JointFits, BenchError> {
+fn fit_joint(samples: &Samples, data: &DataSet, joint: usize) -> Result<[TaskFit; 3], BenchError> {
     let targets = samples.targets(data, joint);
     let options = MultiTaskOptions::several();
     let stage_one = StageOne::new(&samples.stacked, &targets, &options)?;
     let fits = fit_ranks(&samples.stacked, &targets, &[RANK], &stage_one, &options)?;
     let mgp = fits.into_iter().next().expect("one fit a rank");
-    Ok(JointFits([mgp, stage_one.independent, stage_one.pooled]))
+    Ok([mgp, stage_one.independent, stage_one.pooled])
 }
 
 /// The model file's contents.

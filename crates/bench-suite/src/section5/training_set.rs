@@ -68,9 +68,7 @@ impl TrainingSet {
 
     /// What a model file's key says of it.
     pub fn key(&self) -> String {
-        let held_out: Vec<String> = (self.held_out.iter())
-            .map(|id| format!("p{}s{}", id.path_idx + 1, id.speed_idx + 1))
-            .collect();
+        let held_out: Vec<String> = (self.held_out.iter()).map(ToString::to_string).collect();
         format!(
             "seed {SEED}; split seed {SPLIT_SEED}; contexts {}; n {}; held out {}",
             self.n_contexts,

@@ -17,66 +17,90 @@ mod source;
 mod sweep;
 mod switch;
 
-use rayon::prelude::*;
-
 use self::findings::Results;
 use self::plant::Plant;
 use self::settings::{Settings, trajectory_name};
-use self::source::{Learned, NEW_LOAD, Source, Sources};
+use self::source::{NEW_LOAD, Source, Sources};
 use self::sweep::{Row, Sweep, integration_error};
 use self::switch::Switching;
 use super::bench::Bench;
+use super::campaign::Campaign;
+use super::part::Task;
 use super::spec::Section5Experiment;
 use super::training_set::TrainingSet;
 use crate::data_figures::section::Section;
 use crate::error::BenchError;
 use crate::split::{REFERENCE, TrajectoryId, UNIQUE};
 
-/// Makes the table, the picture, the CSV files and the findings.
+/// Makes the table, the picture, the CSV files and the findings; `None` as long as a run is missing.
 ///
 /// # Errors
 /// `Experiment`; `Fit`, `MultiTask` or `Dynamics` if a model or a run fails; `Picture`.
-pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
-    let settings: Settings = experiment.settings(bench.profile)?;
+pub fn make(
+    experiment: &Section5Experiment,
+    campaign: &Campaign,
+) -> Result<Option<Section>, BenchError> {
+    let settings: Settings = experiment.settings(campaign.profile)?;
     let set = settings.training_set(&experiment.name)?;
-    let trained = bench.trained(&set)?;
-    let plant = Plant::new()?;
-    let sources = Sources {
-        plant: &plant,
-        bench,
-        set: &set,
-        trained: &trained,
-        new_samples: settings.new_samples,
-    };
-    let loads: Vec<usize> = settings.loads.iter().copied().chain([NEW_LOAD]).collect();
-    let learned: Vec<Learned> = loads
-        .par_iter()
-        .map(|load| sources.learn(*load))
-        .collect::<Result<_, _>>()?;
-
-    let sweep = Sweep {
-        sources: &sources,
-        settings: &settings,
-        wall: None,
-    };
     let followed = settings.followed(&experiment.name)?;
-    let all: Vec<&Learned> = learned.iter().collect();
-    let mut rows: Vec<Row> = Vec::new();
-    for id in &followed {
-        rows.extend(sweep.rows(*id, &all)?);
-    }
+    let plant = Plant::new()?;
+    let prepare = |bench| sources(bench, &plant, &set, &settings);
+
+    let loads: Vec<usize> = settings.loads.iter().copied().chain([NEW_LOAD]).collect();
+    let sweeps: Vec<Task<usize>> = (loads.iter())
+        .map(|&load| Task::new(format!("c{load} on all trajectories"), load))
+        .collect();
+    let rows: Option<Vec<Vec<Vec<Row>>>> =
+        campaign.parts(experiment, &sweeps, prepare, |sources, &load| {
+            sweep(sources, &settings, &followed, load)
+        })?;
+    let once = |label: &str| [Task::new(label, ())];
+    let contact = campaign.parts(experiment, &once("the wall"), prepare, |sources, ()| {
+        contact(sources, &settings, &experiment.name)
+    })?;
+    let switched = campaign.parts(
+        experiment,
+        &once("changes of load"),
+        prepare,
+        |sources, ()| changes(sources, &settings, &experiment.name),
+    )?;
+    let finer = campaign.parts(experiment, &once("finer steps"), prepare, |sources, ()| {
+        check_integration(sources, &settings, loads[0], &followed)
+    })?;
+    let found = rows.zip(contact).zip(switched).zip(finer);
+    let Some((((rows, contact), switched), finer)) = found else {
+        return Ok(None);
+    };
+
     let results = Results {
-        integration_error: check_integration(&sources, &settings, &learned[0], &followed)?,
-        contact: contact(&sources, &settings, &learned, &experiment.name)?,
-        changes: changes(&sources, &settings, &experiment.name)?,
+        integration_error: finer.into_iter().sum(),
+        contact: contact.concat(),
+        changes: switched.concat(),
         trajectories: followed
             .iter()
             .map(|id| (trajectory_name(*id), is_trained_on(*id, &set)))
             .collect(),
         settings: &settings,
-        rows,
+        rows: (0..followed.len())
+            .flat_map(|id_idx| rows.iter().flat_map(move |of_load| of_load[id_idx].clone()))
+            .collect(),
     };
-    results.section(&plant)
+    results.section(&plant).map(Some)
+}
+/// What all runs need.
+fn sources<'a>(
+    bench: &'a Bench,
+    plant: &'a Plant,
+    set: &'a TrainingSet,
+    settings: &Settings,
+) -> Result<Sources<'a>, BenchError> {
+    Ok(Sources {
+        plant,
+        bench,
+        set,
+        trained: bench.trained(set)?,
+        new_samples: settings.new_samples,
+    })
 }
 
 /// Whether samples of a trajectory are among those that the models were trained on.
@@ -85,21 +109,39 @@ fn is_trained_on(id: TrajectoryId, set: &TrainingSet) -> bool {
     is_drawn && !set.held_out.contains(&id)
 }
 
+/// Runs of one load, on each trajectory.
+fn sweep(
+    sources: &Sources<'_>,
+    settings: &Settings,
+    followed: &[TrajectoryId],
+    load: usize,
+) -> Result<Vec<Vec<Row>>, BenchError> {
+    let learned = sources.learn(load)?;
+    let sweep = Sweep {
+        sources,
+        settings,
+        wall: None,
+    };
+    let rows = followed.iter().map(|id| sweep.rows(*id, &[&learned]));
+    rows.collect()
+}
+
 /// The change of the errors that a finer integration makes, on the last trajectory.
 fn check_integration(
     sources: &Sources<'_>,
     settings: &Settings,
-    learned: &Learned,
+    load: usize,
     followed: &[TrajectoryId],
 ) -> Result<f64, BenchError> {
     let Some(id) = followed.last() else {
         return Ok(0.0);
     };
+    let learned = sources.learn(load)?;
     let reference = sources.plant.reference(*id)?;
     let x = sources.plant.desired(&reference)?;
     let mut largest: f64 = 0.0;
     for source in [Source::Nothing, Source::Lr, Source::Exact] {
-        if let Some(table) = sources.table(source, learned, x.as_ref())? {
+        if let Some(table) = sources.table(source, &learned, x.as_ref())? {
             let load = (&table, learned.load());
             let error = integration_error(sources.plant, settings, &reference, load)?;
             largest = largest.max(error);
@@ -108,13 +150,8 @@ fn check_integration(
     Ok(largest)
 }
 
-/// Runs into the wall.
-fn contact(
-    sources: &Sources<'_>,
-    settings: &Settings,
-    learned: &[Learned],
-    name: &str,
-) -> Result<Vec<Row>, BenchError> {
+/// Runs into the wall; none if its load is not among those that are carried.
+fn contact(sources: &Sources<'_>, settings: &Settings, name: &str) -> Result<Vec<Row>, BenchError> {
     let id = settings.wall.trajectory(name)?;
     let wall = sources.plant.wall(id.path_idx, &settings.wall);
     let sweep = Sweep {
@@ -122,9 +159,10 @@ fn contact(
         settings,
         wall: Some(&wall),
     };
-    let is_carried = |learned: &&Learned| learned.load() == settings.wall.load;
-    let carried: Vec<&Learned> = learned.iter().filter(is_carried).collect();
-    sweep.rows(id, &carried)
+    if !settings.loads.contains(&settings.wall.load) {
+        return Ok(Vec::new());
+    }
+    sweep.rows(id, &[&sources.learn(settings.wall.load)?])
 }
 
 /// Changes of load in mid-motion.

@@ -5,6 +5,7 @@ use puma_dyn::{
     ClosedLoop, CompliantWall, CompositeController, Context, FeedForward, JointState, Rate,
     ReferenceMotion, Scenario, Workspace, crba,
 };
+use serde::{Deserialize, Serialize};
 
 use super::settings::Obstacle;
 use crate::error::BenchError;
@@ -44,7 +45,7 @@ pub struct Control {
 }
 
 /// What came of a run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Root mean square of each joint's error, rad.
     pub errors: [f64; N_JOINTS],

@@ -115,7 +115,7 @@ impl Switch {
 
 /// Name of a trajectory, such as p2s3.
 pub fn trajectory_name(id: TrajectoryId) -> String {
-    format!("p{}s{}", id.path_idx + 1, id.speed_idx + 1)
+    id.to_string()
 }
 
 fn trajectory(experiment: &str, run: &str) -> Result<TrajectoryId, BenchError> {

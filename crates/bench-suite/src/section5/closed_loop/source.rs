@@ -1,5 +1,7 @@
 //! Where feed-forward torques come from, and the torques themselves at every tick of a reference.
 
+use std::sync::Arc;
+
 use faer::{Mat, MatRef};
 use gp_core::optimize::MinimizeOptions;
 use mtgp::{
@@ -8,6 +10,7 @@ use mtgp::{
 use puma_dyn::{
     FeedForward, GravityFeedForward, JointState, ModelFeedForward, NoFeedForward, Tick,
 };
+use serde::{Deserialize, Serialize};
 
 use super::plant::Plant;
 use crate::cell::ModelKind;
@@ -26,7 +29,7 @@ const SEED: &str = "closed-loop";
 pub const NEW_LOAD: usize = 15;
 
 /// A source of feed-forward torques; a new one needs a line here, in `name`, in `table` and in the picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Source {
     /// Nothing: a PD controller.
     Nothing,
@@ -111,7 +114,7 @@ pub struct Sources<'a> {
     pub plant: &'a Plant,
     pub bench: &'a Bench,
     pub set: &'a TrainingSet,
-    pub trained: &'a Trained,
+    pub trained: Arc<Trained>,
     pub new_samples: usize,
 }
 

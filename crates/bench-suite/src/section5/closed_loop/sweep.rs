@@ -2,6 +2,7 @@
 
 use puma_dyn::{CompliantWall, ReferenceMotion};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::plant::{Control, Outcome, Plant, Run};
 use super::settings::{Settings, trajectory_name};
@@ -10,7 +11,7 @@ use crate::error::BenchError;
 use crate::split::TrajectoryId;
 
 /// One run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Name of the trajectory.
     pub trajectory: String,

@@ -3,6 +3,7 @@
 use mtgp::{ContextPrior, ContextTracker, ContextTransition, MtgpError, MultiTaskModel, Outliers};
 use puma_dyn::{FeedForward, JointState, ReferenceMotion, Tick};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::plant::{Control, PERIOD, Plant, Tally};
 use super::settings::Settings;
@@ -41,7 +42,7 @@ impl Belief {
 }
 
 /// What came of one change.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Change {
     /// Loads, from 1.
     pub from: usize,

@@ -10,38 +10,46 @@ mod switching;
 mod trials;
 mod unknown;
 
-use rayon::prelude::*;
-
 use self::settings::Settings;
 use self::trials::{Layout, Place, Trial};
-use super::bench::Bench;
+use super::campaign::Campaign;
+use super::part::Task;
 use super::spec::Section5Experiment;
 use crate::data_figures::section::Section;
 use crate::error::BenchError;
 
-/// Makes the tables, the picture and the findings.
+/// Makes the tables, the picture and the findings; `None` as long as a trial is missing.
 ///
 /// # Errors
 /// `Experiment`; those of the models, of eq. (21) and of the picture.
-pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
-    let settings: Settings = experiment.settings(bench.profile)?;
+pub fn make(
+    experiment: &Section5Experiment,
+    campaign: &Campaign,
+) -> Result<Option<Section>, BenchError> {
+    let settings: Settings = experiment.settings(campaign.profile)?;
     let set = settings.training_set(&experiment.name)?;
-    let trained = bench.trained(&set)?;
     let tested = settings.tested(&experiment.name)?;
 
-    let places: Vec<Place> = Layout::ALL
+    let places: Vec<Task<Place>> = Layout::ALL
         .into_iter()
         .flat_map(|layout| Place::all(layout, &tested, &settings))
+        .map(|place| Task::new(place.label(), place))
         .collect();
-    let trials: Vec<Vec<Trial>> = places
-        .par_iter()
-        .map(|place| place.trials(&trained.mgp, &bench.data, &settings))
-        .collect::<Result<_, BenchError>>()?;
-    let trials: Vec<Trial> = trials.into_iter().flatten().collect();
+    let trials: Option<Vec<Vec<Trial>>> = campaign.parts(
+        experiment,
+        &places,
+        |bench| Ok((bench, bench.trained(&set)?)),
+        |(bench, trained), place| place.trials(&trained.mgp, &bench.data, &settings),
+    )?;
+    let changes = switching::outcomes(experiment, campaign, &set, &tested, &settings)?;
+    let Some((trials, changes)) = trials.zip(changes) else {
+        return Ok(None);
+    };
 
+    let trials: Vec<Trial> = trials.into_iter().flatten().collect();
     let mut section = Section::default();
     confusion::report(&trials, &settings, &mut section)?;
     unknown::report(&trials, &tested, &settings, &mut section)?;
-    switching::report(&trained.mgp, bench, &tested, &settings, &mut section)?;
-    Ok(section)
+    switching::report(&changes, &settings, &mut section);
+    Ok(Some(section))
 }

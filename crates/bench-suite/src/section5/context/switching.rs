@@ -6,6 +6,7 @@ use faer::Mat;
 use mtgp::{ContextPrior, ContextTracker, ContextTransition, MultiTaskModel};
 use puma_dyn::Scenario;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::confusion::percent;
 use super::settings::Settings;
@@ -13,7 +14,11 @@ use super::trials::SEED;
 use crate::data_figures::section::{Section, csv};
 use crate::error::BenchError;
 use crate::section5::bench::Bench;
+use crate::section5::campaign::Campaign;
 use crate::section5::normal::normals;
+use crate::section5::part::Task;
+use crate::section5::spec::Section5Experiment;
+use crate::section5::training_set::TrainingSet;
 use crate::seed::{sample_indices, stream};
 use crate::spec::N_JOINTS;
 use crate::split::{N_SAMPLES, TrajectoryId};
@@ -26,7 +31,7 @@ const HORIZON: f64 = 0.1;
 const ASKED: f64 = 0.05;
 
 /// One change of load.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Change {
     trajectory: TrajectoryId,
     place: usize,
@@ -36,7 +41,8 @@ struct Change {
 }
 
 /// What came of it.
-struct Outcome {
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct Outcome {
     change: Change,
     /// Time after which the new load is the most probable one up to the horizon; `None` if it is not at the end.
     delay: Option<f64>,
@@ -44,43 +50,64 @@ struct Outcome {
     step: f64,
 }
 
-/// CSV file and findings, for every window.
+/// What came of all changes with a window.
+pub type OfWindow = (usize, Vec<Outcome>);
+
+/// What came of all changes, for every window; `None` as long as one of them is missing.
+///
+/// A part is a window on a trajectory.
 ///
 /// # Errors
 /// `MultiTask`, `Dynamics`.
-pub fn report(
-    model: &MultiTaskModel,
-    bench: &Bench,
+pub fn outcomes(
+    experiment: &Section5Experiment,
+    campaign: &Campaign,
+    set: &TrainingSet,
     tested: &[TrajectoryId],
     settings: &Settings,
-    section: &mut Section,
-) -> Result<(), BenchError> {
-    let mut rows = Vec::new();
-    let model = &model.for_tracking()?;
-    let all = changes(tested, model.contexts().len(), settings.switch_places);
+) -> Result<Option<Vec<OfWindow>>, BenchError> {
+    let mut tasks = Vec::new();
     for &window in &settings.windows {
-        let trackers: Vec<ContextTracker> = tested
-            .par_iter()
-            .map(|trajectory| tracker(*trajectory, window, model, settings))
-            .collect::<Result<_, BenchError>>()?;
-        let of = |change: &Change| {
-            let own = tested.iter().zip(&trackers);
-            let mut own = own.filter(|(trajectory, _)| **trajectory == change.trajectory);
-            let (_, tracker) = own.next().expect("a tracker per trajectory");
-            follow(*change, tracker.clone(), bench, settings)
-        };
-        let outcomes: Vec<Outcome> = all.par_iter().map(of).collect::<Result<_, BenchError>>()?;
-        found(window, &outcomes, settings, section);
-        rows.extend(outcomes.iter().map(|outcome| line(window, outcome)));
+        tasks.extend(tested.iter().map(|&trajectory| {
+            let label = format!("changes on {trajectory}, window {window}");
+            Task::new(label, (window, trajectory))
+        }));
+    }
+    let outcomes: Option<Vec<Vec<Outcome>>> = campaign.parts(
+        experiment,
+        &tasks,
+        |bench| Ok((bench, bench.trained(set)?.mgp.for_tracking()?)),
+        |(bench, model), &(window, trajectory)| {
+            let tracker = tracker(trajectory, window, model, settings)?;
+            let changes = changes(trajectory, model.contexts().len(), settings.switch_places);
+            (changes.into_par_iter())
+                .map(|change| follow(change, tracker.clone(), bench, settings))
+                .collect()
+        },
+    )?;
+    let of_window =
+        |(idx, outcomes): (usize, &[Vec<Outcome>])| (settings.windows[idx], outcomes.concat());
+    let by_window = |outcomes: Vec<Vec<Outcome>>| {
+        let windows = outcomes.chunks(tested.len()).enumerate();
+        windows.map(of_window).collect()
+    };
+    Ok(outcomes.map(by_window))
+}
+
+/// CSV file and findings, for every window.
+pub fn report(outcomes: &[OfWindow], settings: &Settings, section: &mut Section) {
+    let mut rows = Vec::new();
+    for (window, outcomes) in outcomes {
+        found(*window, outcomes, settings, section);
+        rows.extend(outcomes.iter().map(|outcome| line(*window, outcome)));
     }
     let header = "window,trajectory,from,to,delay_s";
     section.file("context_delays.csv", csv(header, rows));
-    Ok(())
 }
 
 /// Every load once at every place, each changed for the one five further on.
-fn changes(tested: &[TrajectoryId], m: usize, n_places: usize) -> Vec<Change> {
-    let of_place = |trajectory, place| {
+fn changes(trajectory: TrajectoryId, m: usize, n_places: usize) -> Vec<Change> {
+    let of_place = |place| {
         (0..m).map(move |from| Change {
             trajectory,
             place,
@@ -88,10 +115,7 @@ fn changes(tested: &[TrajectoryId], m: usize, n_places: usize) -> Vec<Change> {
             to: (from + 5 + place) % m,
         })
     };
-    let of_trajectory = |&trajectory: &TrajectoryId| {
-        (0..n_places).flat_map(move |place| of_place(trajectory, place))
-    };
-    tested.iter().flat_map(of_trajectory).collect()
+    (0..n_places).flat_map(of_place).collect()
 }
 
 /// Time between two samples, s.
@@ -185,7 +209,7 @@ fn line(window: usize, outcome: &Outcome) -> (Vec<String>, Vec<f64>) {
     } = outcome.change;
     let labels = [
         window.to_string(),
-        format!("p{}s{}", trajectory.path_idx + 1, trajectory.speed_idx + 1),
+        trajectory.to_string(),
         format!("c{}", from + 1),
         format!("c{}", to + 1),
     ];

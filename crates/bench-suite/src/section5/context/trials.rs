@@ -1,6 +1,7 @@
 //! Trials: new torques under one load, and what each known load's density says of them.
 
 use mtgp::{LatentFunctions, MtgpError, MultiTaskModel, RowPopulation, TaskProcess};
+use serde::{Deserialize, Serialize};
 
 use super::settings::Settings;
 use crate::dataset::DataSet;
@@ -14,7 +15,7 @@ use crate::split::{N_SAMPLES, TrajectoryId, UNIQUE};
 pub const SEED: &str = "context-estimation";
 
 /// How the samples of a trial lie on the trajectory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Layout {
     /// One after another in time.
     Consecutive,
@@ -47,7 +48,7 @@ pub struct Place {
 }
 
 /// The torques of one load at a place with one noise.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     pub layout: Layout,
     pub trajectory: TrajectoryId,
@@ -61,7 +62,7 @@ pub struct Trial {
 }
 
 /// Natural logarithms of densities of some torques of all joints.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// Under each known load, (m,).
     pub known: Vec<f64>,
@@ -114,6 +115,12 @@ impl Place {
             (0..settings.places).map(place)
         };
         tested.iter().flat_map(of_one).collect()
+    }
+
+    /// What tells it from other places.
+    pub fn label(&self) -> String {
+        let (layout, number) = (self.layout.name(), self.number);
+        format!("{layout} samples on {}, place {number}", self.trajectory)
     }
 
     /// The trials of all 15 loads and all noises.

@@ -9,6 +9,7 @@ use mtgp::{
     NewTorques, TaskProcess, TaskRow, WithTorqueNoise, context_evidence, fit_row,
     fit_row_from_population,
 };
+use serde::{Deserialize, Serialize};
 
 use super::physics::LoadRegression;
 use super::{Case, Samples, Test};
@@ -22,7 +23,7 @@ use crate::section5::trained::Trained;
 const N_NEAREST: usize = 1;
 
 /// A way to learn the new load.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Learner {
     /// The row with the known rows as a prior, and the new torques conditioned on.
     Mgp,
@@ -71,7 +72,7 @@ impl Learner {
 }
 
 /// nMSE of one joint.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     pub learner: Learner,
     pub draw: usize,

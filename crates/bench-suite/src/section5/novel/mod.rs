@@ -9,13 +9,14 @@ mod picture;
 mod table;
 
 use faer::Mat;
-use rayon::prelude::*;
 use serde::Deserialize;
 
 use self::learners::{Learner, Learners, Score};
 use self::physics::LoadRegression;
 use super::bench::Bench;
+use super::campaign::Campaign;
 use super::normal::normals;
+use super::part::Task;
 use super::spec::Section5Experiment;
 use super::training_set::{SPLIT_SEED, TrainingSet};
 use crate::data_figures::section::Section;
@@ -66,53 +67,69 @@ pub struct Test {
     pub torques: Vec<Vec<f64>>,
 }
 
-/// Makes the tables, the picture and the findings.
+/// Makes the tables, the picture and the findings; `None` as long as a score is missing.
 ///
 /// # Errors
 /// `Experiment`, and those of the models and the picture.
-pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
-    let settings: Settings = experiment.settings(bench.profile)?;
-    let trained = bench.trained(&TrainingSet::of_table_2(settings.n_total))?;
+pub fn make(
+    experiment: &Section5Experiment,
+    campaign: &Campaign,
+) -> Result<Option<Section>, BenchError> {
+    let settings: Settings = experiment.settings(campaign.profile)?;
     let split = Split::draw(SPLIT_SEED, settings.load);
-    let test_rows: Vec<usize> = split
-        .extrap
-        .iter()
-        .copied()
-        .step_by(settings.test_stride)
-        .collect();
-    let test = Test {
-        x: bench.data.x(&test_rows),
-        torques: torques(bench, settings.load, &test_rows),
+    let scores: Option<Vec<Vec<Score>>> = campaign.parts(
+        experiment,
+        &cases(&settings),
+        |bench| {
+            let trained = bench.trained(&TrainingSet::of_table_2(settings.n_total))?;
+            let test = test(bench, &settings, &split);
+            let physics = LoadRegression::new(test.x.as_ref());
+            Ok((bench, trained, test, physics))
+        },
+        |(bench, trained, test, physics), case| {
+            let learners = Learners {
+                trained,
+                physics,
+                test,
+            };
+            learners.scores(&samples(*case, &settings, &split, bench), *case)
+        },
+    )?;
+    let Some(scores) = scores else {
+        return Ok(None);
     };
-    let physics = LoadRegression::new(test.x.as_ref());
-    let learners = Learners {
-        trained: &trained,
-        physics: &physics,
-        test: &test,
-    };
-    let cases = cases(&settings);
-    let scores: Vec<Vec<Score>> = cases
-        .par_iter()
-        .map(|case| learners.scores(&samples(*case, &settings, &split, bench), *case))
-        .collect::<Result<_, BenchError>>()?;
-    let scores: Vec<Score> = scores.into_iter().flatten().collect();
+    let scores = scores.concat();
 
     let mut section = Section::default();
     table::report(&scores, &settings, &mut section);
     let picture = picture::draw(&scores, &settings);
     let caption = "nMSE of the new load against its samples, geometric mean over joints 2 to 6";
     section.show("novel", caption, &picture)?;
-    Ok(section)
+    Ok(Some(section))
 }
 
-fn cases(settings: &Settings) -> Vec<Case> {
+/// What is predicted: some rows of the load's extrap set.
+fn test(bench: &Bench, settings: &Settings, split: &Split) -> Test {
+    let extrap = split.extrap.iter().copied();
+    let rows: Vec<usize> = extrap.step_by(settings.test_stride).collect();
+    Test {
+        x: bench.data.x(&rows),
+        torques: torques(bench, settings.load, &rows),
+    }
+}
+
+fn cases(settings: &Settings) -> Vec<Task<Case>> {
     let mut cases = Vec::new();
     for draw in 0..settings.draws {
-        for noise_idx in 0..settings.torque_noise.len() {
-            cases.extend(settings.counts.iter().map(|&count| Case {
-                draw,
-                noise_idx,
-                count,
+        for (noise_idx, noise) in settings.torque_noise.iter().enumerate() {
+            cases.extend(settings.counts.iter().map(|&count| {
+                let label = format!("draw {draw}, noise {noise} N·m, {count} samples");
+                let case = Case {
+                    draw,
+                    noise_idx,
+                    count,
+                };
+                Task::new(label, case).costing(count)
             }));
         }
     }

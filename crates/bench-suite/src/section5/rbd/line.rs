@@ -1,10 +1,12 @@
 //! One row of the table: a model of a joint, and its scores.
 
+use serde::{Deserialize, Serialize};
+
 use crate::data_figures::section::{Section, csv};
 use crate::report::text_table::{TextTable, score};
 
 /// Scores of a model, averaged over loads.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Line {
     /// Number of loads that the model knows: one, or many.
     pub n_loads: usize,

@@ -10,11 +10,11 @@ mod one_load;
 mod parameters;
 mod rows;
 
-use rayon::prelude::*;
 use serde::Deserialize;
 
 use self::line::Line;
-use super::bench::Bench;
+use super::campaign::Campaign;
+use super::part::Task;
 use super::spec::Section5Experiment;
 use super::training_set::TrainingSet;
 use crate::data_figures::section::Section;
@@ -34,30 +34,42 @@ struct Settings {
     many_joints: Vec<usize>,
 }
 
-/// Makes the table.
+/// Makes the table; `None` as long as a line of it is missing.
 ///
 /// # Errors
 /// `Experiment`, and those of the fits.
-pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
-    let settings: Settings = experiment.settings(bench.profile)?;
+pub fn make(
+    experiment: &Section5Experiment,
+    campaign: &Campaign,
+) -> Result<Option<Section>, BenchError> {
+    let settings: Settings = experiment.settings(campaign.profile)?;
     let mut cells = Vec::new();
     for &joint in &settings.joints {
-        for &n in &settings.sizes {
-            cells.push((joint, n));
-        }
+        cells.extend(settings.sizes.iter().map(|&n| {
+            let label = format!("one load, joint {joint}, n {n}");
+            Task::new(label, (joint, n)).costing(n)
+        }));
     }
-    let one: Vec<Vec<Line>> = cells
-        .into_par_iter()
-        .map(|(joint, n)| one_load::lines(bench, &settings.loads, joint, n))
-        .collect::<Result<_, _>>()?;
+    let one: Option<Vec<Vec<Line>>> =
+        campaign.parts(experiment, &cells, Ok, |bench, &(joint, n)| {
+            one_load::lines(bench, &settings.loads, joint, n)
+        })?;
     let set = TrainingSet::of_table_2(settings.n_total);
-    // Before the loop: its threads would wait for each other at the shelf.
-    let trained = bench.trained(&set)?;
-    let many: Vec<Vec<Line>> = (settings.many_joints.into_par_iter())
-        .map(|joint| many_loads::lines(bench, &set, &trained, joint))
-        .collect::<Result<_, _>>()?;
-    let lines: Vec<Line> = one.into_iter().chain(many).flatten().collect();
+    let joints = settings.many_joints.iter();
+    let joints: Vec<Task<usize>> = joints
+        .map(|&joint| Task::new(format!("many loads, joint {joint}"), joint))
+        .collect();
+    let many: Option<Vec<Vec<Line>>> = campaign.parts(
+        experiment,
+        &joints,
+        |bench| Ok((bench, bench.trained(&set)?)),
+        |(bench, trained), &joint| many_loads::lines(bench, &set, trained, joint),
+    )?;
+    let Some((one, many)) = one.zip(many) else {
+        return Ok(None);
+    };
+    let lines = [one, many].concat().concat();
     let mut section = line::section(&lines);
     findings::add(&mut section, &lines);
-    Ok(section)
+    Ok(Some(section))
 }

@@ -7,6 +7,7 @@ use gp_core::{FitPosterior, LikelihoodOptions, LogMarginal, chapter_start};
 use kernels::{Component, Covariance, ParamSpec, TorqueForm};
 use mtgp::{MultiTaskCovariance, Stacked, TaskProcess};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::{Settings, row_of};
 use crate::error::BenchError;
@@ -22,6 +23,13 @@ pub struct Drawn {
     chains: Vec<Chain>,
     prior: HyperPrior,
     covariance: MultiTaskCovariance,
+    /// How far they can be trusted.
+    pub diagnostics: Diagnostics,
+}
+
+/// How well the chains of a joint agree, and what they took.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Diagnostics {
     /// What the likelihood knows: log density, σ and the prior variance of the squared exponential.
     pub known: Agreement,
     /// Correlations between loads.
@@ -68,11 +76,13 @@ pub fn draw(
         .collect::<Result<_, _>>()?;
     let [known, correlations, coordinates] = agreements(&chains, &mut posterior(), &covariance);
     Ok(Drawn {
-        known,
-        correlations,
-        coordinates,
-        n_divergences: chains.iter().map(|chain| chain.n_divergences).sum(),
-        n_evaluations: chains.iter().map(|chain| chain.n_evaluations).sum(),
+        diagnostics: Diagnostics {
+            known,
+            correlations,
+            coordinates,
+            n_divergences: chains.iter().map(|chain| chain.n_divergences).sum(),
+            n_evaluations: chains.iter().map(|chain| chain.n_evaluations).sum(),
+        },
         chains,
         prior,
         covariance,
@@ -91,7 +101,7 @@ fn prior(
 }
 
 /// How well chains agree about some quantities.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
     /// The largest R̂ of them.
     pub r_hat: f64,
@@ -120,7 +130,7 @@ impl Agreement {
     }
 }
 
-/// The values of all quantities at one draw, in the three groups of [`Drawn`].
+/// The values of all quantities at one draw, in the three groups of [`Diagnostics`].
 fn quantities(
     z: &[f64],
     posterior: &mut HyperPosterior<MultiTaskCovariance, LogMarginal<'_>>,

@@ -6,17 +6,19 @@
 mod chains;
 mod scores;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use faer::Mat;
 use gp_core::FitPosterior;
 use mtgp::MultiTaskCovariance;
-use rayon::prelude::*;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-use self::chains::{Agreement, Drawn, draw};
+use self::chains::{Agreement, Diagnostics, draw};
 use self::scores::{Held, Scores};
 use super::bench::Bench;
+use super::campaign::Campaign;
+use super::part::Task;
 use super::spec::Section5Experiment;
 use super::trained::Trained;
 use super::training_set::TrainingSet;
@@ -39,50 +41,67 @@ struct Settings {
 }
 
 /// One joint under one way of predicting.
+#[derive(Serialize, Deserialize)]
 struct Line {
     joint: usize,
-    estimate: &'static str,
+    estimate: String,
     interp: Scores,
     extrap: Scores,
     seconds: f64,
 }
 
-/// Makes the table.
+/// One joint: likeliest and averaged hyperparameters, and what the chains of the latter say of themselves.
+#[derive(Serialize, Deserialize)]
+struct OfJoint {
+    lines: [Line; 2],
+    chains: Diagnostics,
+}
+
+/// Makes the table; `None` as long as a joint is missing.
 ///
 /// # Errors
 /// `Experiment`, and those of the fits and chains.
-pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
-    let settings: Settings = experiment.settings(bench.profile)?;
+pub fn make(
+    experiment: &Section5Experiment,
+    campaign: &Campaign,
+) -> Result<Option<Section>, BenchError> {
+    let settings: Settings = experiment.settings(campaign.profile)?;
     let set = TrainingSet::of_table_2(settings.n_total);
-    // Before the loop: its threads would wait for each other at the shelf.
-    let trained = bench.trained(&set)?;
-    let task = Task {
-        bench,
-        settings: &settings,
-        set: &set,
-        trained: &trained,
-    };
-    let results: Vec<([Line; 2], Drawn)> = (settings.joints.par_iter())
-        .map(|&joint| of_joint(&task, joint))
-        .collect::<Result<_, _>>()?;
-    Ok(section(&results))
+    let joints = settings.joints.iter();
+    let joints: Vec<Task<usize>> = joints
+        .map(|&joint| Task::new(format!("joint {joint}"), joint))
+        .collect();
+    let results = campaign.parts(
+        experiment,
+        &joints,
+        |bench| {
+            Ok(Shared {
+                bench,
+                settings: &settings,
+                set: &set,
+                trained: bench.trained(&set)?,
+            })
+        },
+        |shared, &joint| of_joint(shared, joint),
+    )?;
+    Ok(results.map(|results| section(&results)))
 }
 
 /// What the joints share.
-struct Task<'a> {
+struct Shared<'a> {
     bench: &'a Bench,
     settings: &'a Settings,
     set: &'a TrainingSet,
-    trained: &'a Trained,
+    trained: Arc<Trained>,
 }
 
-fn of_joint(task: &Task<'_>, joint: usize) -> Result<([Line; 2], Drawn), BenchError> {
-    let Task {
+fn of_joint(shared: &Shared<'_>, joint: usize) -> Result<OfJoint, BenchError> {
+    let Shared {
         bench,
         settings,
         set,
         trained,
-    } = task;
+    } = shared;
     let of_joint = trained
         .mgp
         .learned()
@@ -97,7 +116,7 @@ fn of_joint(task: &Task<'_>, joint: usize) -> Result<([Line; 2], Drawn), BenchEr
     let [interp, extrap] = held.scores(&[&point.posterior])?;
     let of_point = Line {
         joint,
-        estimate: "likeliest",
+        estimate: "likeliest".to_string(),
         interp,
         extrap,
         seconds: start.elapsed().as_secs_f64(),
@@ -110,15 +129,18 @@ fn of_joint(task: &Task<'_>, joint: usize) -> Result<([Line; 2], Drawn), BenchEr
     let [interp, extrap] = held.scores(&posteriors.iter().collect::<Vec<_>>())?;
     let of_draws = Line {
         joint,
-        estimate: "averaged",
+        estimate: "averaged".to_string(),
         interp,
         extrap,
         seconds: start.elapsed().as_secs_f64(),
     };
-    Ok(([of_point, of_draws], drawn))
+    Ok(OfJoint {
+        lines: [of_point, of_draws],
+        chains: drawn.diagnostics,
+    })
 }
 
-fn section(results: &[([Line; 2], Drawn)]) -> Section {
+fn section(results: &[OfJoint]) -> Section {
     let header = [
         "joint",
         "hyperparameters",
@@ -136,9 +158,9 @@ fn section(results: &[([Line; 2], Drawn)]) -> Section {
     ];
     let mut rows = Vec::new();
     let mut numbers = Vec::new();
-    for (lines, drawn) in results {
+    for OfJoint { lines, chains } in results {
         for (idx, line) in lines.iter().enumerate() {
-            let mut row = vec![line.joint.to_string(), line.estimate.to_string()];
+            let mut row = vec![line.joint.to_string(), line.estimate.clone()];
             for scores in [&line.interp, &line.extrap] {
                 row.push(format!("{:.1} %", 100.0 * scores.coverage));
                 row.push(format!("{:.2}", scores.log_density));
@@ -146,17 +168,17 @@ fn section(results: &[([Line; 2], Drawn)]) -> Section {
             row.extend(match idx {
                 0 => std::array::from_fn(|_| "–".to_string()),
                 _ => [
-                    format!("{:.3}", drawn.known.r_hat),
-                    format!("{:.3}", drawn.correlations.r_hat),
-                    format!("{:.3}", drawn.coordinates.r_hat),
-                    format!("{:.0}", drawn.known.size),
-                    drawn.n_divergences.to_string(),
-                    drawn.n_evaluations.to_string(),
+                    format!("{:.3}", chains.known.r_hat),
+                    format!("{:.3}", chains.correlations.r_hat),
+                    format!("{:.3}", chains.coordinates.r_hat),
+                    format!("{:.0}", chains.known.size),
+                    chains.n_divergences.to_string(),
+                    chains.n_evaluations.to_string(),
                 ],
             });
             row.push(format!("{:.1}", line.seconds));
             rows.push(row);
-            let labels = vec![line.joint.to_string(), line.estimate.to_string()];
+            let labels = vec![line.joint.to_string(), line.estimate.clone()];
             let scores = [&line.interp, &line.extrap];
             let values = scores.iter().flat_map(|s| [s.coverage, s.log_density]);
             numbers.push((labels, values.collect()));
@@ -176,9 +198,9 @@ fn section(results: &[([Line; 2], Drawn)]) -> Section {
     section
 }
 
-fn add_findings(section: &mut Section, results: &[([Line; 2], Drawn)]) {
+fn add_findings(section: &mut Section, results: &[OfJoint]) {
     let mean = |of: &dyn Fn(&[Line; 2]) -> f64| {
-        results.iter().map(|(lines, _)| of(lines)).sum::<f64>() / results.len().max(1) as f64
+        results.iter().map(|one| of(&one.lines)).sum::<f64>() / results.len().max(1) as f64
     };
     let coverage = |idx: usize| 100.0 * mean(&|lines| lines[idx].extrap.coverage);
     section.found(
@@ -198,26 +220,26 @@ fn add_findings(section: &mut Section, results: &[([Line; 2], Drawn)]) {
             results.len()
         ),
     );
-    let agreed = |of: fn(&Drawn) -> &Agreement| {
+    let agreed = |of: fn(&Diagnostics) -> &Agreement| {
         let worst = results
             .iter()
-            .max_by(|a, b| of(&a.1).r_hat.total_cmp(&of(&b.1).r_hat));
-        worst.map_or(String::new(), |(lines, drawn)| {
-            let Agreement { r_hat, worst, .. } = of(drawn);
+            .max_by(|a, b| of(&a.chains).r_hat.total_cmp(&of(&b.chains).r_hat));
+        worst.map_or(String::new(), |OfJoint { lines, chains }| {
+            let Agreement { r_hat, worst, .. } = of(chains);
             format!("{r_hat:.3} ({worst}, joint {})", lines[0].joint)
         })
     };
-    let divergences: usize = results.iter().map(|(_, drawn)| drawn.n_divergences).sum();
+    let divergences: usize = results.iter().map(|one| one.chains.n_divergences).sum();
     section.found(
         "do the chains agree (R̂ below 1.01)?",
         format!(
             "the largest R̂ is {} of what the likelihood knows, {} of the correlations between loads, {} of the coordinates one by one; {divergences} divergences",
-            agreed(|drawn| &drawn.known),
-            agreed(|drawn| &drawn.correlations),
-            agreed(|drawn| &drawn.coordinates)
+            agreed(|chains| &chains.known),
+            agreed(|chains| &chains.correlations),
+            agreed(|chains| &chains.coordinates)
         ),
     );
-    let evaluations: usize = results.iter().map(|(_, drawn)| drawn.n_evaluations).sum();
+    let evaluations: usize = results.iter().map(|one| one.chains.n_evaluations).sum();
     section.found(
         "what does it cost?",
         format!(

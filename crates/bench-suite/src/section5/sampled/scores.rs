@@ -4,6 +4,7 @@ use faer::Mat;
 use gp_core::FitPosterior;
 use gp_core::sampling::GaussianMixture;
 use mtgp::MultiTaskCovariance;
+use serde::{Deserialize, Serialize};
 
 use crate::error::BenchError;
 use crate::section5::bench::Bench;
@@ -12,7 +13,7 @@ use crate::seed::{sample_indices, stream};
 use crate::split::Split;
 
 /// Averages over the torques of a set.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
     /// Part of the torques within the central 95 %.
     pub coverage: f64,

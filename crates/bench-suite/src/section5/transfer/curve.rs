@@ -10,7 +10,7 @@ use crate::split::UNIQUE;
 use crate::store::{Finished, Work};
 
 /// Fingerprint of sources, data and dependencies behind a curve, made by the build script.
-pub const TRANSFER_MEASURED_BY: &str = env!("TRANSFER_MEASURED_BY");
+const MEASURED_BY: &str = env!("TRANSFER_MEASURED_BY");
 
 /// Other loads beside the target where their number is not what varies.
 pub const N_OTHERS: usize = 13;
@@ -156,7 +156,7 @@ impl Work for Curve {
 
     fn key(&self) -> String {
         format!(
-            "format 1; measured by {TRANSFER_MEASURED_BY}; axis {}; target c{}; joint {}; counts {:?}; each {}; stride {}",
+            "format 1; measured by {MEASURED_BY}; axis {}; target c{}; joint {}; counts {:?}; each {}; stride {}",
             self.axis.name(),
             self.target,
             self.joint,

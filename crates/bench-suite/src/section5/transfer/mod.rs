@@ -14,7 +14,7 @@ use serde::Deserialize;
 
 pub use self::curve::{Axis, Curve, CurveRecord, Learner, Score};
 pub use self::measure::measure;
-use super::bench::Bench;
+use super::campaign::Campaign;
 use super::spec::Section5Experiment;
 use crate::data_figures::section::Section;
 use crate::error::BenchError;
@@ -63,22 +63,25 @@ impl Settings {
     }
 }
 
-/// Makes the table, the picture and the findings.
+/// Makes the table, the picture and the findings; `None` as long as a curve is missing.
 ///
 /// # Errors
 /// `Experiment`, and those of the models and the picture.
-pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, BenchError> {
-    let settings: Settings = experiment.settings(bench.profile)?;
-    let outcome = bench.complete("transfer", &settings.curves(), |curve| {
+pub fn make(
+    experiment: &Section5Experiment,
+    campaign: &Campaign,
+) -> Result<Option<Section>, BenchError> {
+    let settings: Settings = experiment.settings(campaign.profile)?;
+    let records = campaign.complete(&experiment.name, settings.curves(), Ok, |bench, curve| {
         measure(curve, &bench.data)
     })?;
-    if let Some((_, error)) = outcome.failures.into_iter().next() {
-        return Err(error);
-    }
+    let Some(records) = records else {
+        return Ok(None);
+    };
     let mut section = Section::default();
-    table::report(&outcome.records, &settings, &mut section);
-    let picture = picture::draw(&outcome.records, &settings);
+    table::report(&records, &settings, &mut section);
+    let picture = picture::draw(&records, &settings);
     let caption = "nMSE of the target load on extrap, geometric mean over the targets";
     section.show("transfer", caption, &picture)?;
-    Ok(section)
+    Ok(Some(section))
 }
