@@ -11,7 +11,7 @@ use crate::fit_report::StartReport;
 use crate::init::StartKind;
 use crate::log_marginal::LogMarginal;
 use crate::nested::{spread_rows, stage_sizes, subset};
-use crate::search::{SearchEnd, refine, search, search_near};
+use crate::search::{SearchEnd, highest, no_usable_start, refine, search, search_near};
 
 /// A function of any covariance, learned.
 #[derive(Debug, Clone)]
@@ -80,8 +80,7 @@ pub fn fit_covariance<C: Covariance + Clone>(
         evaluations += best.report.evaluations;
     }
     if !best.report.log_marginal.is_finite() {
-        let n_starts = starts.len();
-        return Err(GpError::NoUsableStart { n_starts });
+        return Err(no_usable_start(&[best]));
     }
     let bounds_hit = best.bounds_hit();
     let (posterior, error_bound) = FitPosterior::with_error_bound(
@@ -114,22 +113,15 @@ fn best_start<C: Covariance + Clone>(
         max_evaluations: options.max_evaluations.div_ceil(2),
         ..options.clone()
     };
-    let mut best: Option<(usize, SearchEnd<C>)> = None;
-    let mut evaluations = 0;
-    for (idx, (covariance, noise_std)) in starts.iter().enumerate() {
-        let kind = StartKind::Given;
-        let end = search(&mut evidence, covariance, *noise_std, kind, &to_come_near);
-        evaluations += end.report.evaluations;
-        let value = end.report.log_marginal;
-        let is_higher = best
-            .as_ref()
-            .is_none_or(|(_, best)| value > best.report.log_marginal);
-        if value.is_finite() && is_higher {
-            best = Some((idx, end));
-        }
-    }
-    let n_starts = starts.len();
-    let (idx, mut end) = best.ok_or(GpError::NoUsableStart { n_starts })?;
+    let mut ends: Vec<SearchEnd<C>> = (starts.iter())
+        .map(|(covariance, noise_std)| {
+            let kind = StartKind::Given;
+            search(&mut evidence, covariance, *noise_std, kind, &to_come_near)
+        })
+        .collect();
+    let mut evaluations = ends.iter().map(|end| end.report.evaluations).sum();
+    let idx = highest(&ends).ok_or_else(|| no_usable_start(&ends))?;
+    let mut end = ends.swap_remove(idx);
     let before = end.report.evaluations;
     refine(&mut evidence, &mut end, &to_come_near);
     evaluations += end.report.evaluations - before;

@@ -83,11 +83,26 @@ pub enum GpError {
         /// The value given.
         value: f64,
     },
+    /// Rounding alone could move the likelihood by more than a search can live with.
+    #[error(
+        "rounding could move the log marginal likelihood of {n_samples} samples by {nats:.1e} nats, \
+         more than {largest}: noise_std is too small beside the covariance"
+    )]
+    TooMuchRounding {
+        /// Number of samples.
+        n_samples: usize,
+        /// Bound on what rounding moves, in nats.
+        nats: f64,
+        /// Largest such bound that a search enters.
+        largest: f64,
+    },
     /// No start of the search has a likelihood.
-    #[error("none of the {n_starts} starts has a finite log marginal likelihood")]
+    #[error("none of the {n_starts} starts has a finite log marginal likelihood{}", .reason.as_ref().map(|reason| format!(": {reason}")).unwrap_or_default())]
     NoUsableStart {
         /// Starts tried.
         n_starts: usize,
+        /// Why the first of them has none, if all of them failed for the same reason.
+        reason: Option<Box<GpError>>,
     },
     /// A chain of draws that cannot begin or go on.
     #[error("the sampler gave up: {reason}")]

@@ -12,7 +12,7 @@ use crate::fit_report::{FitReport, StageReport, StartReport};
 use crate::init::{StartKind, StartPoint, chapter_start, varied_start};
 use crate::log_marginal::LogMarginal;
 use crate::nested::{spread_rows, stage_sizes, subset};
-use crate::search::{SearchEnd, refine, search_on};
+use crate::search::{SearchEnd, highest, no_usable_start, refine, search_on};
 
 /// From where the search sets out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -190,9 +190,7 @@ pub fn fit_from(
     let candidates = before_the_last(x, targets, &first, options, &mut stages);
     let ends = climb(x, targets, &candidates, &first, options);
     stages.push(stage_report(targets.len(), &ends));
-    let winner = highest(&ends).ok_or(GpError::NoUsableStart {
-        n_starts: starts.len(),
-    })?;
+    let winner = highest(&ends).ok_or_else(|| no_usable_start(&ends))?;
 
     let end = &ends[winner];
     let (posterior, error_bound) = FitPosterior::with_error_bound(
@@ -349,17 +347,4 @@ fn stage_report(n_samples: usize, ends: &[SearchEnd<TorqueCovariance>]) -> Stage
         n_samples,
         starts: ends.iter().map(|end| end.report.clone()).collect(),
     }
-}
-
-/// Index of the highest finite likelihood; the earliest of equals.
-fn highest<C>(ends: &[SearchEnd<C>]) -> Option<usize> {
-    let mut best: Option<usize> = None;
-    for (idx, end) in ends.iter().enumerate() {
-        let value = end.report.log_marginal;
-        let is_higher = best.is_none_or(|best| value > ends[best].report.log_marginal);
-        if value.is_finite() && is_higher {
-            best = Some(idx);
-        }
-    }
-    best
 }

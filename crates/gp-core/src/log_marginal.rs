@@ -294,10 +294,11 @@ impl<'a> LogMarginal<'a> {
         pivoted.seed(covariance, x, &self.pivots);
         for round in 0..MAX_ROUNDS {
             let extent = pivoted.extend(covariance, x, target, max_rank);
-            self.pivots = pivoted.pivots().to_vec();
             if extent == Extent::RankLimit && max_rank < x.nrows() {
+                self.give_up(pivoted);
                 return Ok(None);
             }
+            self.pivots = pivoted.pivots().to_vec();
             if round == 0 {
                 pivoted.trim(TRIM * target);
                 self.pivots = pivoted.pivots().to_vec();
@@ -312,6 +313,18 @@ impl<'a> LogMarginal<'a> {
             pivoted = low_rank.into_pivoted();
         }
         Ok(None)
+    }
+
+    /// Keeps the memory of a factor of too high a rank, and its pivots where they show soon that the
+    /// dense path pays.
+    ///
+    /// Where there is none, a search steps back to where the pivots of before suffice.
+    fn give_up(&mut self, pivoted: PivotedCholesky) {
+        if self.targets.len() <= LARGEST_DENSE {
+            self.pivots = pivoted.pivots().to_vec();
+        } else {
+            self.buffer = pivoted.into_buffer();
+        }
     }
 
     /// Pivots and sensitivity to begin with, from the likelihood of a few of the samples.

@@ -1,6 +1,7 @@
 //! The search for the highest likelihood from one start, for any covariance.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::mem::discriminant;
 
 use faer::MatRef;
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance};
@@ -93,6 +94,8 @@ pub struct SearchEnd<C> {
     pub report: StartReport,
     /// −log p with its gradient, in unconstrained coordinates; `None` before the first evaluation.
     known: Option<Known>,
+    /// Why the start has no likelihood; `None` if it has one.
+    failure: Option<GpError>,
 }
 
 impl<C: Covariance> SearchEnd<C> {
@@ -102,6 +105,7 @@ impl<C: Covariance> SearchEnd<C> {
             covariance,
             noise_std,
             known: None,
+            failure: None,
             report: StartReport {
                 kind,
                 initial_log_marginal: None,
@@ -163,6 +167,27 @@ impl<C: Covariance> SearchEnd<C> {
         report.recoveries += round.recoveries;
         report.projected_gradient = round.projected_gradient;
         report.stop = round.stop;
+    }
+}
+
+/// Index of the highest finite likelihood; the earliest of equals.
+pub fn highest<C>(ends: &[SearchEnd<C>]) -> Option<usize> {
+    let value = |idx: usize| ends[idx].report.log_marginal;
+    (0..ends.len())
+        .filter(|&idx| value(idx).is_finite())
+        .reduce(|best, idx| if value(idx) > value(best) { idx } else { best })
+}
+
+/// The error of a search none of whose ends has a likelihood, with the reason if all have the same.
+pub fn no_usable_start<C>(ends: &[SearchEnd<C>]) -> GpError {
+    let failures: Option<Vec<&GpError>> = ends.iter().map(|end| end.failure.as_ref()).collect();
+    let failures = failures.unwrap_or_default();
+    let are_alike =
+        (failures.windows(2)).all(|pair| discriminant(pair[0]) == discriminant(pair[1]));
+    let first = failures.first().filter(|_| are_alike);
+    GpError::NoUsableStart {
+        n_starts: ends.len(),
+        reason: first.map(|&failure| Box::new(failure.clone())),
     }
 }
 
@@ -333,11 +358,19 @@ fn go_on<C: Covariance + Clone>(
 ) {
     let mut trial = end.covariance.clone();
     let work = Cell::new(0.0);
+    let failure = RefCell::new(None);
     let n_samples = n_samples(evidence);
     let negative_log_marginal = |theta: &[f64], gradient: &mut [f64]| {
         let (of_covariance, noise_std) = split_noise(theta);
         trial.set_params(of_covariance);
-        if rounding_bound(evidence, &trial, noise_std) > MAX_ROUNDING {
+        let nats = rounding_bound(evidence, &trial, noise_std);
+        if nats > MAX_ROUNDING {
+            let largest = MAX_ROUNDING;
+            failure.replace(Some(GpError::TooMuchRounding {
+                n_samples,
+                nats,
+                largest,
+            }));
             return f64::INFINITY;
         }
         let outcome = evidence.evaluate(&trial, noise_std, gradient);
@@ -345,7 +378,13 @@ fn go_on<C: Covariance + Clone>(
         for component in gradient.iter_mut() {
             *component = -*component;
         }
-        outcome.map_or(f64::INFINITY, |e| -e.log_marginal_likelihood)
+        match outcome {
+            Ok(evaluation) => -evaluation.log_marginal_likelihood,
+            Err(error) => {
+                failure.replace(Some(error));
+                f64::INFINITY
+            }
+        }
     };
 
     let objective = Reparametrised::new(&search_layout(&end.covariance), negative_log_marginal);
@@ -371,6 +410,7 @@ fn go_on<C: Covariance + Clone>(
     end.covariance.set_params(of_covariance);
     end.noise_std = noise_std;
     end.known = Some(known).filter(|known| known.value.is_finite());
+    end.failure = failure.take().filter(|_| end.known.is_none());
     let n_new = minimum.evaluations.saturating_sub(n_known);
     end.add(&minimum, n_new, work.get());
 }
@@ -464,4 +504,32 @@ fn with_noise<C: Covariance>(covariance: &C, noise_std: f64) -> Vec<f64> {
 pub(crate) fn split_noise(theta: &[f64]) -> (&[f64], f64) {
     let (noise_std, of_covariance) = theta.split_last().expect("σ is the last hyperparameter");
     (of_covariance, *noise_std)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kernels::Constant;
+
+    #[test]
+    fn a_reason_is_given_where_all_starts_have_the_same() {
+        let failed = |failure: GpError| SearchEnd {
+            failure: Some(failure),
+            ..SearchEnd::at(Constant::new(1.0).unwrap(), 0.1, StartKind::Given)
+        };
+        let not_finite = |n_samples| GpError::NonFiniteLikelihood { n_samples };
+        let alike = [failed(not_finite(3)), failed(not_finite(4))];
+        let (n_starts, first) = (2, Box::new(not_finite(3)));
+        let expected = GpError::NoUsableStart {
+            n_starts,
+            reason: Some(first),
+        };
+        assert_eq!(no_usable_start(&alike), expected);
+
+        let other = GpError::BadNoise { value: 0.0 };
+        let unlike = [failed(not_finite(3)), failed(other)];
+        let reason = None;
+        let expected = GpError::NoUsableStart { n_starts, reason };
+        assert_eq!(no_usable_start(&unlike), expected);
+    }
 }

@@ -129,5 +129,29 @@ fn starts_of_another_robot_and_no_starts_are_errors() {
     };
     assert_eq!(error, expected);
     let error = fit_from(one_joint.as_ref(), &targets, &[], &options).unwrap_err();
-    assert_eq!(error, GpError::NoUsableStart { n_starts: 0 });
+    assert_eq!(
+        error,
+        GpError::NoUsableStart {
+            n_starts: 0,
+            reason: None
+        }
+    );
+}
+
+#[test]
+fn starts_that_fail_alike_say_why() {
+    let x = uniform_inputs(5, 6, 3);
+    let targets = [1.0, -1.0, 2.0, 0.5, 0.0, 1.5];
+    let mut start = chapter_start(x.as_ref(), &targets, TorqueForm::Coulomb).unwrap();
+    let mut params = start.covariance.named_params();
+    params.signal_std = 1e9;
+    start.covariance = TorqueCovariance::new(params).unwrap();
+    start.noise_std = 0.1;
+    let starts = [start.clone(), start];
+    let error = fit_from(x.as_ref(), &targets, &starts, &FitOptions::several()).unwrap_err();
+    // n ε v²/σ² = 6 · 2.2e-16 · 1e18 / 1e-2
+    let text = error.to_string();
+    let expected = "none of the 2 starts has a finite log marginal likelihood: rounding could move the \
+                    log marginal likelihood of 6 samples by 1.3e5 nats, more than 0.1";
+    assert!(text.starts_with(expected), "{text}");
 }

@@ -86,7 +86,11 @@ fn draws_repeat_and_chains_differ() {
 #[test]
 fn a_start_without_a_density_is_refused() {
     let error = sample_chain(&mut Nowhere, &[0.0], &OPTIONS, 1, 0).unwrap_err();
-    assert_eq!(error, GpError::NoUsableStart { n_starts: 1 });
+    let expected = GpError::NoUsableStart {
+        n_starts: 1,
+        reason: Some(Box::new(GpError::NonFiniteLikelihood { n_samples: 1 })),
+    };
+    assert_eq!(error, expected);
 }
 
 struct Nowhere;

@@ -18,11 +18,15 @@ use kernels::TorqueCovariance;
 
 use crate::climb::{Climb, Start, climb};
 use crate::error::{MtgpError, require_count};
-use crate::ladder::smaller_parts;
+use crate::ladder::{part_for_step_1, smaller_parts};
 use crate::layout::Stacked;
 use crate::prior::MultiTaskCovariance;
 use crate::task_cov::TaskCovariance;
 use crate::task_fit::{MultiTaskOptions, Origin, TaskFit};
+
+/// Factor of the length scales of a start whose rank is too high, and how often it is applied.
+const SMOOTHING: f64 = 2.0;
+const MAX_SMOOTHINGS: usize = 6;
 
 /// Learns pGP: one function for all tasks, whose differences count as noise.
 ///
@@ -42,13 +46,13 @@ pub fn fit_pooled(
     let mut starts = moment_starts(data, targets, options)?;
     // DEVIATION(A.3): the chapter searches on all samples from one start.
     for (part, of_part) in smaller_parts(data, targets, options)? {
-        if let Some(climb) = climb_pooled(&part, &of_part, starts.clone(), options) {
+        if let Ok(climb) = climb_pooled(&part, &of_part, starts.clone(), options) {
             starts = vec![climb.into_start()];
         }
     }
-    let n_starts = starts.len();
-    let climb =
-        climb_pooled(data, targets, starts, options).ok_or(GpError::NoUsableStart { n_starts })?;
+    let climb = from_smooth_enough(starts, |starts| {
+        climb_pooled(data, targets, starts, options)
+    })?;
     let n_tasks = data.n_tasks();
     with_task_matrix(
         data,
@@ -59,20 +63,60 @@ pub fn fit_pooled(
     )
 }
 
+/// Climbs from the starts, with length scales made longer where their rank is beyond the method.
+///
+/// What tasks differ by is no noise: it leaves pGP a rough function, whose rank grows with the
+/// samples that show it.
+fn from_smooth_enough<T>(
+    mut starts: Vec<Start<TorqueCovariance>>,
+    mut climb: impl FnMut(Vec<Start<TorqueCovariance>>) -> Result<T, GpError>,
+) -> Result<T, MtgpError> {
+    let mut outcome = climb(starts.clone());
+    // DEVIATION(A.3): the chapter's start is that of eq. (22), whatever its rank.
+    for _ in 0..MAX_SMOOTHINGS {
+        if !outcome.as_ref().is_err_and(is_of_too_high_a_rank) {
+            break;
+        }
+        for start in &mut starts {
+            start.covariance = smoother(&start.covariance)?;
+        }
+        outcome = climb(starts.clone());
+    }
+    Ok(outcome?)
+}
+
+/// Whether no start could be evaluated for its rank.
+fn is_of_too_high_a_rank(error: &GpError) -> bool {
+    let GpError::NoUsableStart { reason, .. } = error else {
+        return false;
+    };
+    matches!(reason.as_deref(), Some(GpError::RankTooHigh { .. }))
+}
+
+/// The covariance with longer length scales.
+fn smoother(covariance: &TorqueCovariance) -> Result<TorqueCovariance, MtgpError> {
+    let mut params = covariance.named_params();
+    for length_scale in &mut params.length_scales {
+        *length_scale *= SMOOTHING;
+    }
+    Ok(TorqueCovariance::new(params)?)
+}
+
 fn climb_pooled(
     data: &Stacked,
     targets: &[f64],
     starts: Vec<Start<TorqueCovariance>>,
     options: &MultiTaskOptions,
-) -> Option<Climb<TorqueCovariance>> {
+) -> Result<Climb<TorqueCovariance>, GpError> {
     let mut evidence = LogMarginal::new(data.covariates(), targets, options.likelihood);
     let n_samples = targets.len();
-    let options = options.briefly(n_samples).on(n_samples);
+    let options = options.briefly(n_samples).pooled_on(n_samples);
     climb(&mut evidence, starts, &options)
 }
 
 /// Learns iGP: one function per task, all with the same hyperparameters.
 ///
+/// Beyond 16,384 samples on some 2240 of them first, unless the starts are the chapter's.
 /// # Shapes
 /// As for [`fit_pooled`].
 /// # Errors
@@ -84,11 +128,15 @@ pub fn fit_independent(
     targets: &[f64],
     options: &MultiTaskOptions,
 ) -> Result<TaskFit, MtgpError> {
-    let starts = moment_starts(data, targets, options)?;
-    let n_starts = starts.len();
-    let mut evidence = SumOverTasks::new(data, targets, options.likelihood);
-    let climb = climb(&mut evidence, starts, options).ok_or(GpError::NoUsableStart { n_starts })?;
-    drop(evidence);
+    let mut starts = moment_starts(data, targets, options)?;
+    let mut of_search = options.clone();
+    // DEVIATION(A.3): the chapter searches on all samples from one start.
+    if let Some((part, of_part)) = part_for_step_1(data, targets, options)? {
+        let climb = climb_independent(&part, &of_part, starts, options)?;
+        starts = vec![climb.into_start()];
+        of_search = options.on(targets.len());
+    }
+    let climb = climb_independent(data, targets, starts, &of_search)?;
     let n_tasks = data.n_tasks();
     with_task_matrix(
         data,
@@ -97,6 +145,16 @@ pub fn fit_independent(
         TaskCovariance::Identity { n_tasks },
         options,
     )
+}
+
+fn climb_independent(
+    data: &Stacked,
+    targets: &[f64],
+    starts: Vec<Start<TorqueCovariance>>,
+    options: &MultiTaskOptions,
+) -> Result<Climb<TorqueCovariance>, GpError> {
+    let mut evidence = SumOverTasks::new(data, targets, options.likelihood);
+    climb(&mut evidence, starts, options)
 }
 
 /// Learns sGP: GPc for every task on its own; the results stand in task order.
@@ -249,5 +307,66 @@ impl Likelihood<TorqueCovariance> for SumOverTasks<'_> {
 
     fn parts(&self) -> Vec<MatRef<'_, f64>> {
         self.parts.iter().map(LogMarginal::x).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use kernels::TorqueForm;
+
+    use super::*;
+
+    fn start() -> Start<TorqueCovariance> {
+        Start {
+            origin: Origin::Pooled,
+            covariance: TorqueCovariance::unit(1, TorqueForm::Coulomb),
+            noise_std: 0.1,
+            is_near: true,
+        }
+    }
+
+    fn failed(reason: GpError) -> GpError {
+        GpError::NoUsableStart {
+            n_starts: 1,
+            reason: Some(Box::new(reason)),
+        }
+    }
+
+    fn too_high() -> GpError {
+        failed(GpError::RankTooHigh {
+            n_samples: 20_000,
+            largest: 2048,
+        })
+    }
+
+    #[test]
+    #[allow(clippy::float_cmp, reason = "doubling is exact")]
+    fn length_scales_double_until_the_rank_is_affordable() {
+        let mut tried = Vec::new();
+        let found = from_smooth_enough(vec![start()], |starts| {
+            let params = starts[0].covariance.named_params();
+            assert_eq!((params.signal_std, starts[0].noise_std), (1.0, 0.1));
+            tried.push(params.length_scales[2]);
+            if params.length_scales[2] < 4.0 {
+                return Err(too_high());
+            }
+            Ok(params.length_scales)
+        });
+        assert_eq!(found.unwrap(), [4.0; 3]);
+        assert_eq!(tried, [1.0, 2.0, 4.0]);
+    }
+
+    #[test]
+    fn other_failures_and_ranks_that_stay_too_high_are_passed_on() {
+        let not_finite = failed(GpError::NonFiniteLikelihood { n_samples: 3 });
+        for (error, expected) in [(not_finite, 1), (too_high(), 1 + MAX_SMOOTHINGS)] {
+            let mut n_tried = 0;
+            let found: Result<(), MtgpError> = from_smooth_enough(vec![start()], |_| {
+                n_tried += 1;
+                Err(error.clone())
+            });
+            assert_eq!(found, Err(MtgpError::Gp(error)));
+            assert_eq!(n_tried, expected);
+        }
     }
 }

@@ -2,7 +2,10 @@
 //!
 //! Every start gets some evaluations; the one that is highest then goes on to the end.
 
-use gp_core::{FitOptions, Likelihood, SearchEnd, StartKind, refine, search, search_near};
+use gp_core::{
+    FitOptions, GpError, Likelihood, SearchEnd, StartKind, highest, no_usable_start, refine,
+    search, search_near,
+};
 use kernels::Covariance;
 
 use crate::task_fit::{MultiTaskOptions, Origin, TaskStart};
@@ -50,14 +53,16 @@ impl<C> Climb<C> {
     }
 }
 
-/// Climbs the likelihood from all starts; `None` if none of them has one.
+/// Climbs the likelihood from all starts.
 ///
 /// The likelihood at the end is at least the highest of those at the starts.
+/// # Errors
+/// [`GpError::NoUsableStart`] if no start has a likelihood.
 pub(crate) fn climb<C: Covariance + Clone>(
     likelihood: &mut impl Likelihood<C>,
     starts: Vec<Start<C>>,
     options: &MultiTaskOptions,
-) -> Option<Climb<C>> {
+) -> Result<Climb<C>, GpError> {
     let first_part = options.screening.min(options.max_evaluations);
     let origins: Vec<Origin> = starts.iter().map(|start| start.origin).collect();
     let first = search_options(options, first_part);
@@ -65,7 +70,7 @@ pub(crate) fn climb<C: Covariance + Clone>(
         .map(|start| set_out(likelihood, &start, &first))
         .collect();
 
-    let winner = highest(&ends)?;
+    let winner = highest(&ends).ok_or_else(|| no_usable_start(&ends))?;
     let used = ends[winner].report.evaluations;
     let left = options.max_evaluations.saturating_sub(used);
     refine(
@@ -80,7 +85,7 @@ pub(crate) fn climb<C: Covariance + Clone>(
         })
         .collect();
     let end = ends.swap_remove(winner);
-    Some(Climb {
+    Ok(Climb {
         bounds_hit: end.bounds_hit(),
         covariance: end.covariance,
         noise_std: end.noise_std,
@@ -115,12 +120,4 @@ fn kind_of(origin: Origin) -> StartKind {
         Origin::Moments(kind) => kind,
         _ => StartKind::Given,
     }
-}
-
-/// Index of the highest finite likelihood; the earliest of equals.
-fn highest<C>(ends: &[SearchEnd<C>]) -> Option<usize> {
-    let value = |idx: usize| ends[idx].report.log_marginal;
-    (0..ends.len())
-        .filter(|&idx| value(idx).is_finite())
-        .reduce(|best, idx| if value(idx) > value(best) { idx } else { best })
 }

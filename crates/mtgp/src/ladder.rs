@@ -46,12 +46,29 @@ pub fn fit_ranks(
     stage_one: &StageOne,
     options: &MultiTaskOptions,
 ) -> Result<Vec<TaskFit>, MtgpError> {
+    fit_ranks_telling(data, targets, ranks, stage_one, options, &mut |_| ())
+}
+
+/// As [`fit_ranks`]; `tell` hears on how many samples the ranks are to be searched, before each round.
+///
+/// # Errors
+/// As for [`fit_rank_from`].
+pub fn fit_ranks_telling(
+    data: &Stacked,
+    targets: &[f64],
+    ranks: &[usize],
+    stage_one: &StageOne,
+    options: &MultiTaskOptions,
+    tell: &mut dyn FnMut(usize),
+) -> Result<Vec<TaskFit>, MtgpError> {
     let mut rung = BTreeMap::new();
     // DEVIATION(A.3): the chapter searches on all samples from one start.
     for (part, of_part) in smaller_parts(data, targets, options)? {
+        tell(of_part.len());
         let stage_one = StageOne::new(&part, &of_part, options)?;
         rung = next_rung(&part, &of_part, ranks, &stage_one, &rung, options)?;
     }
+    tell(targets.len());
     let mut last = next_rung(data, targets, ranks, stage_one, &rung, options)?;
     let fits = ranks.iter().filter_map(|rank| last.remove(rank));
     Ok(fits.collect())

@@ -56,7 +56,7 @@ pub use context_tracker::ContextTracker;
 pub use error::MtgpError;
 pub use integrated_block::{IntegratedBlock, StudentT};
 pub use kron::{BlockGradient, CompleteBlock};
-pub use ladder::fit_ranks;
+pub use ladder::{fit_ranks, fit_ranks_telling};
 pub use latent_functions::LatentFunctions;
 pub use layout::{Stacked, with_task};
 pub use model::{ContextPredictor, ModelParts, MultiTaskModel, RankSelection, TaskProcess};

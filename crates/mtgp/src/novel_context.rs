@@ -252,7 +252,10 @@ fn search_row(
             });
         }
     }
-    let best = best.ok_or(GpError::NoUsableStart { n_starts: n_tried })?;
+    let best = best.ok_or(GpError::NoUsableStart {
+        n_starts: n_tried,
+        reason: None,
+    })?;
     Ok(RowFit {
         n_starts,
         evaluations,

@@ -115,7 +115,11 @@ pub fn fit_shared(
     let mut unused = vec![0.0; start.len()];
     let initial_log_marginal = -objective.value_and_gradient(&start, &mut unused);
     if !initial_log_marginal.is_finite() {
-        return Err(GpError::NoUsableStart { n_starts: 1 }.into());
+        return Err(GpError::NoUsableStart {
+            n_starts: 1,
+            reason: None,
+        }
+        .into());
     }
     let minimum = minimize_in_metric(
         &mut objective,

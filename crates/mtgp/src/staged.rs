@@ -9,7 +9,7 @@
 //! The two models of step 1 are pGP and iGP themselves.
 
 use faer::{Mat, MatRef};
-use gp_core::{GpError, LogMarginal, Starts};
+use gp_core::{LogMarginal, Starts};
 
 use crate::baselines::{fit_independent, fit_pooled, pooled_moments};
 use crate::climb::{Start, climb};
@@ -166,11 +166,9 @@ pub fn fit_rank_from(
         starts.push(start);
     }
 
-    let n_starts = starts.len();
     let mut evidence = LogMarginal::new(data.inputs(), targets, options.likelihood);
     let options = options.on(targets.len());
-    let climb =
-        climb(&mut evidence, starts, &options).ok_or(GpError::NoUsableStart { n_starts })?;
+    let climb = climb(&mut evidence, starts, &options)?;
     drop(evidence);
     TaskFit::new(data, targets, climb, options.likelihood)
 }

@@ -74,6 +74,9 @@ impl MultiTaskOptions {
 const FEWEST_EVALUATIONS: usize = 80;
 const FEWEST_ON_MANY: usize = 24;
 
+/// Likelihoods of pGP beyond `MANY_SAMPLES`: its rank is near the largest, several times that of the others.
+const POOLED_ON_MANY: usize = 4;
+
 /// Samples of all tasks together beyond which step 1 sees a part of them, and the search on all only
 /// adjusts what was found on that part: as many as a likelihood by the dense path takes.
 pub(crate) const MANY_SAMPLES: usize = 16_384;
@@ -111,6 +114,17 @@ impl MultiTaskOptions {
             },
             ..self.clone()
         }
+    }
+
+    /// The same options for pGP on n samples.
+    ///
+    /// With [`Starts::Chapter`] as for any search.
+    pub(crate) fn pooled_on(&self, n_samples: usize) -> Self {
+        let mut options = self.on(n_samples);
+        if self.starts == Starts::Several && n_samples > MANY_SAMPLES {
+            options.max_evaluations = options.max_evaluations.min(POOLED_ON_MANY);
+        }
+        options
     }
 
     /// The same options for a search on n samples that is not to go to the end.

@@ -25,6 +25,7 @@ mod icm_draws;
 mod identities;
 mod laws;
 mod layout;
+mod many_samples;
 mod memory;
 mod model_file;
 mod multi_task_models;

@@ -30,6 +30,20 @@ pub struct MultiScope {
     pub ranks: Vec<usize>,
     /// Where one K^ρ for all joints is learned, too.
     pub shared: Option<SharedScope>,
+    /// More samples than the chapter's figures show.
+    pub beyond: Option<BeyondScope>,
+}
+
+/// Joints, sizes and ranks of the columns that stand apart from the chapter's.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BeyondScope {
+    /// Joints 1..6.
+    pub joints: Vec<usize>,
+    /// Training samples of all contexts together.
+    pub totals: Vec<usize>,
+    /// Ranks among which mGP-BIC chooses.
+    pub ranks: Vec<usize>,
 }
 
 /// What is expected of mGP-BIC.
@@ -134,6 +148,12 @@ impl MultiExperiment {
         replace(&mut scope.joints, &selection.joints);
         replace(&mut scope.totals, &selection.totals);
         replace(&mut scope.ranks, &selection.ranks);
+        if selection.totals.is_some() || selection.ranks.is_some() {
+            scope.beyond = None;
+        }
+        if let (Some(joints), Some(beyond)) = (&selection.joints, &mut scope.beyond) {
+            beyond.joints.retain(|joint| joints.contains(joint));
+        }
         if let (Some(ranks), Some(shared)) = (&selection.ranks, &mut scope.shared) {
             shared.ranks.retain(|rank| ranks.contains(rank));
         }
@@ -144,30 +164,44 @@ impl MultiExperiment {
 
     /// Units of a scope, for each repeat.
     pub fn units(&self, scope: &MultiScope, n_repeats: usize) -> BTreeSet<Unit> {
-        let ranks = scope.ranks.iter();
+        let mut units = BTreeSet::new();
+        for repeat in 0..n_repeats {
+            units.extend(self.grid(repeat, &scope.joints, &scope.totals, &scope.ranks));
+            if let Some(beyond) = &scope.beyond {
+                units.extend(self.grid(repeat, &beyond.joints, &beyond.totals, &beyond.ranks));
+            }
+        }
+        units
+    }
+
+    /// Units of every joint at every size, with the same models.
+    fn grid(
+        &self,
+        repeat: usize,
+        joints: &[usize],
+        totals: &[usize],
+        ranks: &[usize],
+    ) -> Vec<Unit> {
         let models: Vec<MultiModel> = [
             MultiModel::Single,
             MultiModel::Independent,
             MultiModel::Pooled,
         ]
         .into_iter()
-        .chain(ranks.map(|&rank| MultiModel::Transfer { rank }))
+        .chain(ranks.iter().map(|&rank| MultiModel::Transfer { rank }))
         .collect();
-        let mut units = BTreeSet::new();
-        for repeat in 0..n_repeats {
-            for &joint in &scope.joints {
-                units.extend(scope.totals.iter().map(|&n_total| Unit {
-                    seed: self.seed.clone(),
-                    split_seed: self.split_seed.clone(),
-                    repeat,
-                    joint,
-                    n_contexts: self.n_contexts,
-                    n_total,
-                    models: models.clone(),
-                }));
-            }
-        }
-        units
+        let unit = |joint, n_total| Unit {
+            seed: self.seed.clone(),
+            split_seed: self.split_seed.clone(),
+            repeat,
+            joint,
+            n_contexts: self.n_contexts,
+            n_total,
+            models: models.clone(),
+        };
+        let of_joint = |&joint: &usize| totals.iter().map(move |&n_total| (joint, n_total));
+        let pairs = joints.iter().flat_map(of_joint);
+        pairs.map(|(joint, n_total)| unit(joint, n_total)).collect()
     }
 
     fn validate(&self, scope: &MultiScope) -> Result<(), String> {
@@ -178,16 +212,26 @@ impl MultiExperiment {
         if !(2..=UNIQUE.len()).contains(&m) {
             return Err(format!("{m} contexts are not 2 to {}", UNIQUE.len()));
         }
-        if let Some(joint) = find(&scope.joints, &|i| (1..=N_JOINTS).contains(&i)) {
+        let beyond = scope.beyond.as_ref();
+        let with = |own: &[usize], beyond: Option<&Vec<usize>>| -> Vec<usize> {
+            own.iter()
+                .chain(beyond.into_iter().flatten())
+                .copied()
+                .collect()
+        };
+        let joints = with(&scope.joints, beyond.map(|beyond| &beyond.joints));
+        let totals = with(&scope.totals, beyond.map(|beyond| &beyond.totals));
+        let ranks = with(&scope.ranks, beyond.map(|beyond| &beyond.ranks));
+        if let Some(joint) = find(&joints, &|i| (1..=N_JOINTS).contains(&i)) {
             return Err(format!("joint {joint} is not in 1 to {N_JOINTS}"));
         }
         let fits = |n: usize| n.is_multiple_of(m) && (2 * m..=m * MAX_SIZE).contains(&n);
-        if let Some(n) = find(&scope.totals, &fits) {
+        if let Some(n) = find(&totals, &fits) {
             return Err(format!(
                 "n = {n} is not a multiple of the {m} contexts with 2 to {MAX_SIZE} samples each"
             ));
         }
-        if let Some(rank) = find(&scope.ranks, &|rank| (1..=m).contains(&rank)) {
+        if let Some(rank) = find(&ranks, &|rank| (1..=m).contains(&rank)) {
             return Err(format!("rank {rank} is not in 1 to {m}"));
         }
         let shared = scope.shared.iter().flat_map(|shared| &shared.ranks);
@@ -221,8 +265,12 @@ mod tests {
                 e.units(&scope.unwrap(), 1)
             })
             .collect();
-        assert_eq!(units.len(), 48);
-        assert!(units.iter().all(|unit| unit.models.len() == 9));
+        let (chapter, beyond): (Vec<&Unit>, Vec<&Unit>) =
+            units.iter().partition(|unit| unit.n_total <= 1820);
+        assert_eq!(chapter.len(), 48);
+        assert!(chapter.iter().all(|unit| unit.models.len() == 9));
+        let beyond: Vec<(usize, usize)> = beyond.iter().map(|u| (u.joint, u.n_total)).collect();
+        assert_eq!(beyond, [(3, 56_000)]);
         assert_eq!([all[0].set, all[1].set], TestSet::ALL);
     }
 
@@ -241,6 +289,32 @@ mod tests {
             let error = fig10.scope(Profile::Smoke, &selection).unwrap_err();
             assert!(error.to_string().contains(message), "{error}");
         }
+    }
+
+    #[test]
+    fn a_selection_of_sizes_or_ranks_leaves_out_what_stands_apart() {
+        let fig10 = &MultiExperiment::all().unwrap()[0];
+        let beyond = |selection: &MultiSelection| {
+            let scope = fig10.scope(Profile::Full, selection).unwrap();
+            let units = fig10.units(&scope, 1);
+            units.iter().filter(|unit| unit.n_total == 56_000).count()
+        };
+        let joints = |joints: &[usize]| MultiSelection {
+            joints: Some(joints.to_vec()),
+            ..MultiSelection::default()
+        };
+        assert_eq!(beyond(&joints(&[1, 3])), 1);
+        assert_eq!(beyond(&joints(&[1, 2])), 0);
+        let totals = MultiSelection {
+            totals: Some(vec![280]),
+            ..MultiSelection::default()
+        };
+        assert_eq!(beyond(&totals), 0);
+        let ranks = MultiSelection {
+            ranks: Some(vec![2]),
+            ..MultiSelection::default()
+        };
+        assert_eq!(beyond(&ranks), 0);
     }
 
     #[test]

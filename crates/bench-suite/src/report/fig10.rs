@@ -21,6 +21,10 @@ const BOTTOM: f64 = 128.0;
 const MIN_WIDTH: f64 = 840.0;
 /// Room between the outermost sizes and the frame.
 const INSET: f64 = 12.0;
+/// Width of a column for a size beyond the chapter's.
+const APART: f64 = 40.0;
+/// Largest size of the chapter's axis.
+const LARGEST_ON_AXIS: usize = 1820;
 /// Sizes that the chapter labels.
 const LABELLED: [usize; 4] = [280, 532, 896, 1820];
 
@@ -73,7 +77,7 @@ pub fn draw(curves: &Curves, set: TestSet, scale: Scale) -> Result<Picture, Benc
                 x: LEFT + STEP.0 * column as f64,
                 y: TOP + STEP.1 * row as f64,
                 axis: &axis,
-                sizes: curves.sizes(),
+                sizes: Sizes::of(curves),
             };
             panel.frame(&mut picture, joint);
             for series in Series::DRAWN {
@@ -139,13 +143,11 @@ fn row_titles(picture: &mut Picture) {
 }
 
 fn legend(picture: &mut Picture, y: f64, scale: Scale, curves: &Curves) {
-    picture.text(
-        LEFT,
-        y - 16.0,
-        "n = all samples of the 14 contexts, on a log scale",
-        Font::Remark,
-        Align::Left,
-    );
+    let mut about_n = String::from("n = all samples of the 14 contexts, on a log scale");
+    if !Sizes::of(curves).apart.is_empty() {
+        about_n.push_str("; behind the rule: not in the chapter");
+    }
+    picture.text(LEFT, y - 16.0, &about_n, Font::Remark, Align::Left);
     let is_drawn = |series: &Series| {
         Series::ALL.contains(series) || curves.0.keys().any(|key| key.series == *series)
     };
@@ -164,12 +166,34 @@ fn legend(picture: &mut Picture, y: f64, scale: Scale, curves: &Curves) {
     }
 }
 
+/// Numbers of samples: those of the chapter's axis, and those that stand apart at its right.
+struct Sizes {
+    on_axis: Vec<usize>,
+    apart: Vec<usize>,
+}
+
+impl Sizes {
+    /// All of them on the axis where none is within the chapter's.
+    fn of(curves: &Curves) -> Self {
+        let sizes = curves.sizes();
+        let (on_axis, apart): (Vec<usize>, Vec<usize>) =
+            sizes.iter().partition(|&&n| n <= LARGEST_ON_AXIS);
+        if on_axis.is_empty() {
+            return Self {
+                on_axis: sizes,
+                apart: Vec::new(),
+            };
+        }
+        Self { on_axis, apart }
+    }
+}
+
 /// Where one plot stands, and its axes.
 struct Panel<'a> {
     x: f64,
     y: f64,
     axis: &'a Axis,
-    sizes: Vec<usize>,
+    sizes: Sizes,
 }
 
 impl Panel<'_> {
@@ -182,8 +206,11 @@ impl Panel<'_> {
             picture.line((x, tick_y), (x + width, tick_y));
             picture.text(x - 6.0, tick_y + 4.0, &label, Font::Remark, Align::Right);
         }
-        for &n in &self.sizes {
+        for &n in &self.sizes.on_axis {
             self.size_mark(picture, n);
+        }
+        for (idx, &n) in self.sizes.apart.iter().enumerate() {
+            self.size_apart(picture, idx, n);
         }
         picture.rectangle((x, y, width, height), "none", Some(INK));
         let middle = x + width / 2.0;
@@ -208,10 +235,30 @@ impl Panel<'_> {
         picture.line((x, self.y), (x, y));
         picture.stroke(vec![(x - 3.0, y), (x + 3.0, y)], pen);
         picture.stroke(vec![(x, y - 3.0), (x, y + 3.0)], pen);
-        let are_few = self.sizes.len() < 4;
+        let are_few = self.sizes.on_axis.len() < 4;
         if LABELLED.contains(&n) || are_few {
             picture.text(x, y + 18.0, &n.to_string(), Font::Remark, Align::Centre);
         }
+    }
+
+    /// A column of its own behind a rule, with its number.
+    fn size_apart(&self, picture: &mut Picture, idx: usize, n: usize) {
+        let (x, bottom) = (self.place_n(n), self.y + PANEL.1);
+        let edge = self.left_of_column(idx);
+        let rule = Pen {
+            colour: INK,
+            width: 1.0,
+            dashes: None,
+        };
+        picture.stroke(vec![(edge, self.y), (edge, bottom)], rule);
+        picture.line((x, self.y), (x, bottom));
+        picture.text(
+            x,
+            bottom + 18.0,
+            &n.to_string(),
+            Font::Remark,
+            Align::Centre,
+        );
     }
 
     fn line(&self, picture: &mut Picture, key: &CurveKey, points: &[Point]) {
@@ -220,13 +267,14 @@ impl Panel<'_> {
             let place = self.axis.place(value);
             ((self.place_n(point.n), self.height_of(place)), place)
         };
-        if points.iter().any(|p| p.low < p.high) {
-            let low = points.iter().map(|p| at(p, p.low).0);
-            let high = points.iter().rev().map(|p| at(p, p.high).0);
+        let joined = || points.iter().filter(|p| !self.sizes.apart.contains(&p.n));
+        if joined().any(|p| p.low < p.high) {
+            let low = joined().map(|p| at(p, p.low).0);
+            let high = joined().rev().map(|p| at(p, p.high).0);
             let corners: Vec<(f64, f64)> = low.chain(high).collect();
             picture.area(&corners, pen.colour);
         }
-        picture.stroke(points.iter().map(|p| at(p, p.value).0).collect(), pen);
+        picture.stroke(joined().map(|p| at(p, p.value).0).collect(), pen);
         for point in points {
             let (centre, place) = at(point, point.value);
             let fill = if place.is_above {
@@ -240,13 +288,23 @@ impl Panel<'_> {
         }
     }
 
-    /// Horizontal place of a size: linear in log n.
+    /// Left edge of a column that stands apart.
+    fn left_of_column(&self, idx: usize) -> f64 {
+        let n_right = self.sizes.apart.len() - idx;
+        self.x + PANEL.0 - APART * n_right as f64
+    }
+
+    /// Horizontal place of a size: linear in log n on the axis, in the middle of its column apart.
     fn place_n(&self, n: usize) -> f64 {
+        let (on_axis, apart) = (&self.sizes.on_axis, &self.sizes.apart);
+        if let Some(idx) = apart.iter().position(|&size| size == n) {
+            return self.left_of_column(idx) + APART / 2.0;
+        }
         let log = |n: usize| (n as f64).log2();
-        let first = self.sizes.first().map_or(0.0, |&n| log(n));
-        let last = self.sizes.last().map_or(1.0, |&n| log(n));
+        let first = on_axis.first().map_or(0.0, |&n| log(n));
+        let last = on_axis.last().map_or(1.0, |&n| log(n));
         let spread = if last > first { last - first } else { 1.0 };
-        let inside = PANEL.0 - 2.0 * INSET;
+        let inside = PANEL.0 - APART * apart.len() as f64 - 2.0 * INSET;
         self.x + INSET + inside * (log(n) - first) / spread
     }
 
@@ -286,5 +344,27 @@ mod tests {
         assert!(n_open >= 2, "{n_open} open circles");
         let log = draw(&curves(&records), TestSet::Extrap, Scale::Log).unwrap();
         assert!(log.to_svg().contains("10⁻⁵"));
+    }
+
+    #[test]
+    fn a_size_beyond_the_chapters_stands_apart_and_moves_no_scale_of_others() {
+        let all = [280, 1820, 56_000].map(|n| record(3, n, [1e-4; 5]));
+        let axis = Axis::Linear {
+            top: 1e-3,
+            tick: 1e-3,
+        };
+        let place = |records: &[_], n| {
+            let sizes = Sizes::of(&curves(records));
+            let (x, y, axis) = (100.0, 0.0, &axis);
+            Panel { x, y, axis, sizes }.place_n(n)
+        };
+        // The last column is 40 wide; the axis ends 12 before it.
+        let expected = [112.0, 100.0 + 170.0 - 40.0 - 12.0, 100.0 + 170.0 - 20.0];
+        for (n, x) in [280, 1820, 56_000].into_iter().zip(expected) {
+            assert!((place(&all, n) - x).abs() < 1e-9, "{n}: {}", place(&all, n));
+        }
+        assert!((place(&all[..2], 1820) - 258.0).abs() < 1e-9);
+        // Alone, it is the axis.
+        assert!((place(&all[2..], 56_000) - 112.0).abs() < 1e-9);
     }
 }

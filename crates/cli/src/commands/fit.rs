@@ -179,7 +179,7 @@ Then:
   torque-gp predict --model model.tgp --input states.csv --output torques.csv
   torque-gp evaluate --model model.tgp --data test.csv
 
-Standard error has a line per finished joint and a table of the fits at the end: log marginal likelihood in nats
+Standard error has a line per finished joint, beyond 512 samples one for what each search begins with, and a table of the fits at the end: log marginal likelihood in nats
 (natural log, summed over the samples), the start that won, likelihoods computed, the noise found, bounds hit.
 
 Exit status: 0, or 2 for bad input or usage; then there is one message and no output file.";

@@ -62,7 +62,10 @@ impl Laplace {
             let mut objective = Scaled::new(Negative(posterior), mode.clone(), Some(metric));
             let minimum = minimize(&mut objective, &vec![0.0; mode.len()], &CLIMB);
             if !minimum.value.is_finite() {
-                return Err(GpError::NoUsableStart { n_starts: 1 });
+                return Err(GpError::NoUsableStart {
+                    n_starts: 1,
+                    reason: None,
+                });
             }
             mode = objective.outer(&minimum.z);
             let gained = -minimum.value - log_density;
@@ -156,7 +159,10 @@ fn metric<C: Covariance + Clone, L: Likelihood<C>>(
     let information: Option<Mat<f64>> = posterior.information(z);
     information
         .and_then(|information| Metric::new(information.as_ref()))
-        .ok_or(GpError::NoUsableStart { n_starts: 1 })
+        .ok_or(GpError::NoUsableStart {
+            n_starts: 1,
+            reason: None,
+        })
 }
 
 /// −log p for a search.

@@ -72,8 +72,11 @@ pub fn sample_chain(
 ) -> Result<Chain, GpError> {
     let d = density.dimension();
     assert_eq!(start.len(), d);
-    if density.evaluate(start, &mut vec![0.0; d]).is_err() {
-        return Err(GpError::NoUsableStart { n_starts: 1 });
+    if let Err(error) = density.evaluate(start, &mut vec![0.0; d]) {
+        return Err(GpError::NoUsableStart {
+            n_starts: 1,
+            reason: Some(Box::new(error)),
+        });
     }
     let mut settings = DiagNutsSettings {
         num_tune: options.n_warmup as u64,

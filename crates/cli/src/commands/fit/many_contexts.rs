@@ -7,11 +7,11 @@ use kernels::Covariance;
 use mtgp::{
     Criterion, ModelParts, MtgpError, MultiTaskCovariance, MultiTaskModel, MultiTaskOptions,
     RankCandidate, RankCounts, RankSelection, Stacked, StageOne, TaskFit, TaskFitReport,
-    TaskProcess, choose_rank, fit_independent, fit_pooled, fit_ranks,
+    TaskProcess, choose_rank, fit_independent, fit_pooled, fit_ranks_telling,
 };
 
 use crate::commands::fit::report::{self, Line};
-use crate::commands::fit::side_by_side::{Learned, learn_all};
+use crate::commands::fit::side_by_side::{Learned, learn_all, tell_stage};
 use crate::commands::fit::{Args, ModelArg, StartsArg, check};
 use crate::context::columns_error;
 use crate::context_column::ContextColumn;
@@ -201,13 +201,28 @@ impl Learner<'_> {
     fn candidates(&self, job: &JointTorques) -> Result<Vec<Candidate>, MtgpError> {
         let (data, options) = (&self.data, self.options());
         let targets = data.stack(&job.values);
+        let joint = &self.joint_names[job.joint_idx];
+        let n_samples = targets.len();
         match self.args.model {
-            ModelArg::Igp => return Ok(vec![(&fit_independent(data, &targets, &options)?).into()]),
-            ModelArg::Pgp => return Ok(vec![(&fit_pooled(data, &targets, &options)?).into()]),
+            ModelArg::Igp => {
+                tell_stage(joint, n_samples, "iGP");
+                return Ok(vec![(&fit_independent(data, &targets, &options)?).into()]);
+            }
+            ModelArg::Pgp => {
+                tell_stage(joint, n_samples, "pGP");
+                return Ok(vec![(&fit_pooled(data, &targets, &options)?).into()]);
+            }
             _ => {}
         }
+        tell_stage(joint, n_samples, "pGP and iGP, to set out from");
         let stage_one = StageOne::new(data, &targets, &options)?;
-        let fits = fit_ranks(data, &targets, &self.ranks(), &stage_one, &options)?;
+        let ranks = self.ranks();
+        let names: Vec<String> = ranks.iter().map(ToString::to_string).collect();
+        let mut tell = |n_searched: usize| {
+            let stage = format!("rank {}, searched on {n_searched}", names.join(", "));
+            tell_stage(joint, n_samples, stage);
+        };
+        let fits = fit_ranks_telling(data, &targets, &ranks, &stage_one, &options, &mut tell)?;
         Ok(fits.iter().map(Into::into).collect())
     }
 

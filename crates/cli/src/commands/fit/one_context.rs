@@ -8,7 +8,7 @@ use gp_core::{
 use kernels::TorqueForm;
 
 use crate::commands::fit::report::{self, Line};
-use crate::commands::fit::side_by_side::learn_all;
+use crate::commands::fit::side_by_side::{learn_all, tell_stage};
 use crate::commands::fit::{Args, ModelArg, StartsArg, check};
 use crate::error::CliError;
 use crate::messages;
@@ -30,6 +30,10 @@ pub fn learn(
     check(&file, &samples, columns)?;
     let (x, names) = (samples.x.as_ref(), &columns.joints.names);
     let fits = learn_all(&samples.torques, names, &file, args.threads, |job| {
+        if matches!(args.model, ModelArg::Gp | ModelArg::Gpc) {
+            let (joint, n_samples) = (&names[job.joint_idx], job.values.len());
+            tell_stage(joint, n_samples, args.model.name());
+        }
         Ok(joint_model(args, x, &job.values)?)
     })?;
     let lines = fits.iter().map(|fit| Line {

@@ -1,5 +1,6 @@
 //! Joints learned several at a time, with a line for each that is finished.
 
+use std::fmt::Display;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -17,6 +18,16 @@ pub struct Learned<T> {
     pub model: T,
     pub n_samples: usize,
     pub seconds: f64,
+}
+
+/// Samples up to which a joint takes seconds, and says no more than that it is learned.
+const SOON_LEARNED: usize = 512;
+
+/// Says what a long fit of a joint begins with.
+pub fn tell_stage(joint: &str, n_samples: usize, stage: impl Display) {
+    if n_samples > SOON_LEARNED {
+        messages::note(format!("{joint}, {n_samples} samples: {stage} …"));
+    }
 }
 
 /// Learns the joints side by side, each sequentially; of several failures the first joint's counts.
