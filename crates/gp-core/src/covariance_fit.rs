@@ -26,6 +26,8 @@ pub struct CovarianceFit<C> {
     pub evaluations: usize,
     /// Hyperparameters that ended on a bound, by name.
     pub bounds_hit: Vec<String>,
+    /// Bound on the error of the log marginal likelihood at the end, nats.
+    pub error_bound: f64,
 }
 
 impl<C> CovarianceFit<C> {
@@ -80,7 +82,7 @@ pub fn fit_covariance<C: Covariance + Clone>(
         return Err(GpError::NoUsableStart { n_starts });
     }
     let bounds_hit = best.bounds_hit();
-    let posterior = FitPosterior::new(
+    let (posterior, error_bound) = FitPosterior::with_error_bound(
         best.covariance,
         best.noise_std,
         x,
@@ -93,6 +95,7 @@ pub fn fit_covariance<C: Covariance + Clone>(
         winner,
         evaluations,
         bounds_hit,
+        error_bound,
     })
 }
 
