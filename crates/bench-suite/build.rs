@@ -27,7 +27,13 @@ const MANY_MEASURED_BY: [&str; 4] = [
     "crates/bench-suite/src/multi/shared.rs",
 ];
 
-/// What the models of section 5 come from beside all of these.
+/// What models with the prior of section 3.2 come from beside these and those.
+const RIGID_BODY_MEASURED_BY: [&str; 2] = [
+    "crates/bench-suite/src/measure.rs",
+    "crates/bench-suite/src/rigid_body",
+];
+
+/// What the models of section 5 come from beside those of cells and units.
 const TRAINED_BY: [&str; 2] = [
     "crates/bench-suite/src/section5/trained.rs",
     "crates/bench-suite/src/section5/training_set.rs",
@@ -43,6 +49,12 @@ fn main() -> std::io::Result<()> {
     println!("cargo:rustc-env=MEASURED_BY={:016x}", hasher.finish());
     add(&mut hasher, &root, &MANY_MEASURED_BY)?;
     println!("cargo:rustc-env=MANY_MEASURED_BY={:016x}", hasher.finish());
+    let mut of_rigid_body = hasher.clone();
+    add(&mut of_rigid_body, &root, &RIGID_BODY_MEASURED_BY)?;
+    println!(
+        "cargo:rustc-env=RIGID_BODY_MEASURED_BY={:016x}",
+        of_rigid_body.finish()
+    );
     add(&mut hasher, &root, &TRAINED_BY)?;
     println!("cargo:rustc-env=TRAINED_BY={:016x}", hasher.finish());
     add(&mut hasher, &root, &TRANSFER_MEASURED_BY)?;

@@ -16,6 +16,7 @@ pub mod progress;
 pub mod regression;
 pub mod report;
 pub mod reproduce;
+pub mod rigid_body;
 pub mod run;
 pub mod section5;
 pub mod seed;

@@ -30,6 +30,9 @@ pub struct MultiScope {
     pub ranks: Vec<usize>,
     /// Where one K^ρ for all joints is learned, too.
     pub shared: Option<SharedScope>,
+    /// Training samples of all contexts together up to which the models with the prior of section 3.2
+    /// are learned, too.
+    pub rigid_body_up_to: Option<usize>,
 }
 
 /// What is expected of mGP-BIC.
@@ -153,18 +156,25 @@ impl MultiExperiment {
         .into_iter()
         .chain(ranks.map(|&rank| MultiModel::Transfer { rank }))
         .collect();
+        let rigid_body = [MultiModel::RigidBody, MultiModel::RigidBodyAndProcess];
         let mut units = BTreeSet::new();
         for repeat in 0..n_repeats {
             for &joint in &scope.joints {
-                units.extend(scope.totals.iter().map(|&n_total| Unit {
-                    seed: self.seed.clone(),
-                    split_seed: self.split_seed.clone(),
-                    repeat,
-                    joint,
-                    n_contexts: self.n_contexts,
-                    n_total,
-                    models: models.clone(),
-                }));
+                for &n_total in &scope.totals {
+                    let unit = |models: &[MultiModel]| Unit {
+                        seed: self.seed.clone(),
+                        split_seed: self.split_seed.clone(),
+                        repeat,
+                        joint,
+                        n_contexts: self.n_contexts,
+                        n_total,
+                        models: models.to_vec(),
+                    };
+                    units.insert(unit(&models));
+                    if scope.rigid_body_up_to.is_some_and(|most| n_total <= most) {
+                        units.insert(unit(&rigid_body));
+                    }
+                }
             }
         }
         units
@@ -221,8 +231,10 @@ mod tests {
                 e.units(&scope.unwrap(), 1)
             })
             .collect();
-        assert_eq!(units.len(), 48);
-        assert!(units.iter().all(|unit| unit.models.len() == 9));
+        let (others, chapters): (Vec<Unit>, _) = units.into_iter().partition(Unit::is_rigid_body);
+        let chapters: Vec<Unit> = chapters;
+        assert_eq!((others.len(), chapters.len()), (48, 48));
+        assert!(chapters.iter().all(|unit| unit.models.len() == 9));
         assert_eq!([all[0].set, all[1].set], TestSet::ALL);
     }
 

@@ -7,8 +7,6 @@ mod findings;
 mod line;
 mod many_loads;
 mod one_load;
-mod parameters;
-mod rows;
 
 use rayon::prelude::*;
 use serde::Deserialize;
@@ -19,6 +17,7 @@ use super::spec::Section5Experiment;
 use super::training_set::TrainingSet;
 use crate::data_figures::section::Section;
 use crate::error::BenchError;
+use crate::rigid_body::rows::Regressors;
 
 /// Settings of a profile.
 #[derive(Debug, Deserialize)]
@@ -46,15 +45,16 @@ pub fn make(experiment: &Section5Experiment, bench: &Bench) -> Result<Section, B
             cells.push((joint, n));
         }
     }
+    let regressors = Regressors::new(&bench.data);
     let one: Vec<Vec<Line>> = cells
         .into_par_iter()
-        .map(|(joint, n)| one_load::lines(bench, &settings.loads, joint, n))
+        .map(|(joint, n)| one_load::lines(bench, &regressors, &settings.loads, joint, n))
         .collect::<Result<_, _>>()?;
     let set = TrainingSet::of_table_2(settings.n_total);
     // Before the loop: its threads would wait for each other at the shelf.
     let trained = bench.trained(&set)?;
     let many: Vec<Vec<Line>> = (settings.many_joints.into_par_iter())
-        .map(|joint| many_loads::lines(bench, &set, &trained, joint))
+        .map(|joint| many_loads::lines(bench, &regressors, &set, &trained, joint))
         .collect::<Result<_, _>>()?;
     let lines: Vec<Line> = one.into_iter().chain(many).flatten().collect();
     let mut section = line::section(&lines);
