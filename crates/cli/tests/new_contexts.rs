@@ -144,15 +144,9 @@ fn changes_of_load_are_followed_and_impossible_torques_are_of_none_of_these() {
 }
 
 #[test]
-fn an_adapted_model_keeps_the_old_contexts_to_the_bit_and_predicts_the_new_one() {
+fn a_row_alone_keeps_the_old_contexts_to_the_bit_and_an_adapted_model_predicts_the_new_one() {
     let folder = folder();
-    let report = folder.run(ADAPT);
-    for text in [
-        "joint   RMSE (N·m)",
-        "more.tgp written, with the contexts `c1`, `c2`, `c4`, `c3`",
-    ] {
-        assert!(report.contains(text), "{text}: {report}");
-    }
+    folder.run(&format!("{ADAPT} --row-only"));
     let predict = |model: &str, context: &str| {
         folder.run(&format!(
             "predict --model {model} --context {context} --input test.csv --tau-prefix m --output y.csv"
@@ -162,6 +156,23 @@ fn an_adapted_model_keeps_the_old_contexts_to_the_bit_and_predicts_the_new_one()
     for context in ["c1", "c2", "c4"] {
         assert_eq!(predict("model.tgp", context), predict("more.tgp", context));
     }
+    let of_row_alone = predict("more.tgp", "c3");
+
+    let report = folder.run(ADAPT);
+    for text in [
+        "joint   RMSE (N·m)",
+        "more.tgp written, with the contexts `c1`, `c2`, `c4`, `c3`",
+    ] {
+        assert!(report.contains(text), "{text}: {report}");
+    }
+    // Another process reads the file, and says what the library says of the same samples.
+    let bytes = std::fs::read(folder.path("more.tgp")).unwrap();
+    let library = MultiTaskModel::from_bytes(&bytes).unwrap();
+    let x = states(&folder.read("test.csv"));
+    let expected = &library.predict("c3", x.as_ref()).unwrap()[0].mean;
+    let found = predict("more.tgp", "c3");
+    assert_eq!(&column(&found, "m1"), expected);
+    assert_ne!(found, of_row_alone);
     let nmse = |context: &str| {
         let found = json(
             &folder,
