@@ -200,6 +200,36 @@ fn a_row_alone_keeps_the_old_contexts_to_the_bit_and_an_adapted_model_predicts_t
 }
 
 #[test]
+fn held_out_torques_say_how_far_those_of_a_known_load_may_be() {
+    let folder = folder();
+    folder.write("log.csv", rows("whatever", 2.0, 40, 5));
+    // 50 rows each of two known loads: twenty stretches of five.
+    let held_out = [("c1", 1.0), ("c2", 2.0)].map(|(name, mass)| rows(name, mass, 100, 50));
+    folder.write("held.csv", joined(&held_out[0], &held_out[1]));
+    let with = format!("{CONTEXT} --held-out held.csv");
+    let trusting = json(&folder, CONTEXT);
+    let found = json(&folder, &with);
+    assert_eq!(found["answer"], "c2");
+    let p_value = found["contexts"][1]["p_value"].as_f64().unwrap();
+    // A rank among twenty: a whole number of parts of 21.
+    let rank = p_value * 21.0;
+    assert!((rank - rank.round()).abs() <= 1e-9 && rank >= 1.0, "{rank}");
+    assert_ne!(found["contexts"], trusting["contexts"]);
+
+    folder.write("log.csv", rows("x", 40.0, 40, 5));
+    assert_eq!(json(&folder, &with)["answer"], Value::Null);
+    let few = folder.refusal(&format!("{with} --level 0.04"));
+    let expected = "held.csv: 20 trials of 5 rows of one context: their smallest p-value is 0.048, not below --level 0.04";
+    assert_eq!(few, expected);
+    folder.write("held.csv", rows("c9", 1.0, 0, 20));
+    let other = folder.refusal(&with);
+    assert!(
+        other.contains("`c9` is not a context of model.tgp"),
+        "{other}"
+    );
+}
+
+#[test]
 fn one_row_is_enough_with_a_warning() {
     let folder = folder();
     folder.write("new.csv", rows("c3", 3.0, 40, 1));

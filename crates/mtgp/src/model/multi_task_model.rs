@@ -101,7 +101,8 @@ impl MultiTaskModel {
     /// ```text
     /// p(f | D, D*),   as if all samples had been conditioned on at once
     /// ```
-    /// All contexts learn from them; no matrix of the old samples is factorised again.
+    /// All contexts learn from them; no matrix of the old samples is factorised again. Ranges stay:
+    /// those of a new context's data are given with the context.
     /// # Shapes
     /// `x` (k, 3ℓ); `torques` (k,) of every learned joint, in their order, N·m.
     /// # Errors
@@ -121,9 +122,6 @@ impl MultiTaskModel {
         for ((_, process), torques) in parts.learned.iter_mut().zip(torques) {
             *process = process.with_samples(task, x, torques)?;
         }
-        let ranges = TrainingRanges::of(x)?;
-        parts.ranges = parts.ranges.union(&ranges);
-        parts.context_ranges[task] = parts.context_ranges[task].union(&ranges);
         Ok(Self::new(parts)?)
     }
 
