@@ -188,7 +188,7 @@ fn stored_results_are_drawn_without_computing_and_what_is_missing_is_said() {
     assert_eq!(request("c4", "fits").0, Some(0));
     let (status, stdout, stderr) = request("c4,c5", "results");
     assert_eq!((status, stderr.as_str()), (Some(0), ""));
-    let missing = "Not computed yet: 2, the first of them joint 1, load c5, LRc, n = 20.";
+    let missing = "Not computed yet: 4, the first of them joint 1, load c5, LRc, n = 20.";
     assert!(stdout.contains(missing), "{stdout}");
     assert_eq!(reports(), 2);
 }
@@ -292,7 +292,7 @@ fn list_names_experiments_and_profiles() {
         "{text}"
     );
     assert!(
-        text.contains("full   48 units: 14 contexts, joints [1, 2, 3, 4, 5, 6], n [280, 364,"),
+        text.contains("full   96 units: 14 contexts, joints [1, 2, 3, 4, 5, 6], n [280, 364,"),
         "{text}"
     );
 }
