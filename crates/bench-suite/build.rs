@@ -39,7 +39,13 @@ const MANY_MEASURED_BY: [&str; 4] = [
     "crates/bench-suite/src/multi/shared.rs",
 ];
 
-/// What the models of section 5 come from beside all of these.
+/// What models with the prior of section 3.2 come from beside these and those.
+const RIGID_BODY_MEASURED_BY: [&str; 2] = [
+    "crates/bench-suite/src/measure.rs",
+    "crates/bench-suite/src/rigid_body",
+];
+
+/// What the models of section 5 come from beside those of cells and units.
 const TRAINED_BY: [&str; 2] = [
     "crates/bench-suite/src/section5/trained.rs",
     "crates/bench-suite/src/section5/training_set.rs",
@@ -71,6 +77,7 @@ fn main() -> std::io::Result<()> {
     for (name, paths) in [
         ("MEASURED_BY", &MEASURED_BY[..]),
         ("MANY_MEASURED_BY", &MANY_MEASURED_BY),
+        ("RIGID_BODY_MEASURED_BY", &RIGID_BODY_MEASURED_BY),
         ("TRAINED_BY", &TRAINED_BY),
     ] {
         add(&mut hasher, &root, paths)?;

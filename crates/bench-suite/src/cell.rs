@@ -5,8 +5,9 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::error::BenchError;
+use crate::rigid_body::RigidBodyForm;
 
-/// The four models that section 3.4 compares.
+/// The four models that section 3.4 compares, and two with the prior that section 3.2 names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum ModelKind {
     /// LR¬c: Bayesian linear regression without the sgn terms.
@@ -21,24 +22,34 @@ pub enum ModelKind {
     /// GPc: the same with the Coulomb term, eq. (7).
     #[serde(rename = "GPc")]
     GpCoulomb,
+    /// rbd: linear in the parameters of a rigid-body model, with a prior; not the chapter's experiment.
+    #[serde(rename = "rbd")]
+    RigidBody,
+    /// rbd+gp: the same with a process on what it leaves.
+    #[serde(rename = "rbd+gp")]
+    RigidBodyAndProcess,
 }
 
 impl ModelKind {
-    /// All four, in the order of fig. 7's rows.
-    pub const ALL: [Self; 4] = [
+    /// The chapter's four, in the order of fig. 7's rows, and the two of section 3.2.
+    pub const ALL: [Self; 6] = [
         Self::LrSmooth,
         Self::LrCoulomb,
         Self::GpSmooth,
         Self::GpCoulomb,
+        Self::RigidBody,
+        Self::RigidBodyAndProcess,
     ];
 
-    /// Name in files and on the command line: LR, LRc, GP, GPc.
+    /// Name in files and on the command line: LR, LRc, GP, GPc, rbd, rbd+gp.
     pub fn name(self) -> &'static str {
         match self {
             Self::LrSmooth => "LR",
             Self::LrCoulomb => "LRc",
             Self::GpSmooth => "GP",
             Self::GpCoulomb => "GPc",
+            Self::RigidBody => RigidBodyForm::Alone.name(),
+            Self::RigidBodyAndProcess => RigidBodyForm::WithProcess.name(),
         }
     }
 
@@ -48,12 +59,26 @@ impl ModelKind {
             Self::LrSmooth => "LR¬c",
             Self::GpSmooth => "GP¬c",
             Self::LrCoulomb | Self::GpCoulomb => self.name(),
+            Self::RigidBody => "rbd (ours)",
+            Self::RigidBodyAndProcess => "rbd+gp (ours)",
         }
     }
 
-    /// Whether the model has hyperparameters to be fitted.
+    /// Whether a process is fitted.
     pub fn is_gp(self) -> bool {
-        matches!(self, Self::GpSmooth | Self::GpCoulomb)
+        matches!(
+            self,
+            Self::GpSmooth | Self::GpCoulomb | Self::RigidBodyAndProcess
+        )
+    }
+
+    /// The form of a model with the prior of section 3.2; none of the chapter's experiment.
+    pub fn rigid_body(self) -> Option<RigidBodyForm> {
+        match self {
+            Self::RigidBody => Some(RigidBodyForm::Alone),
+            Self::RigidBodyAndProcess => Some(RigidBodyForm::WithProcess),
+            _ => None,
+        }
     }
 }
 
@@ -209,6 +234,9 @@ mod tests {
             assert_eq!(model.label().parse::<ModelKind>().unwrap(), model);
         }
         let error = "GPx".parse::<ModelKind>().unwrap_err().to_string();
-        assert_eq!(error, "unknown model \"GPx\"; known: LR, LRc, GP, GPc");
+        assert_eq!(
+            error,
+            "unknown model \"GPx\"; known: LR, LRc, GP, GPc, rbd, rbd+gp"
+        );
     }
 }

@@ -17,6 +17,7 @@ pub mod regression;
 pub mod report;
 pub mod reproduce;
 mod revision;
+pub mod rigid_body;
 pub mod run;
 pub mod section5;
 pub mod seed;

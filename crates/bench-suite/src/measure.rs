@@ -2,11 +2,14 @@
 
 use std::time::Instant;
 
-use crate::cell::{Cell, CellRecord};
+use crate::cell::{Cell, CellRecord, FitSummary};
 use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::metrics::nmse;
 use crate::models::Fitted;
+use crate::rigid_body::parameters::Knowledge;
+use crate::rigid_body::rows::Regressors;
+use crate::rigid_body::{JointModel, RigidBodyForm};
 use crate::split::Split;
 
 /// Fits and scores a cell; sequential, and the same bits on every call but for the seconds.
@@ -17,27 +20,82 @@ use crate::split::Split;
 /// `Fit` if the model cannot be fitted; the errors of [`nmse`].
 /// # Panics
 /// If the data set does not hold the cell's load.
-pub fn measure(cell: &Cell, data: &DataSet, split: &Split) -> Result<CellRecord, BenchError> {
+pub fn measure(
+    cell: &Cell,
+    data: &DataSet,
+    regressors: &Regressors<'_>,
+    split: &Split,
+) -> Result<CellRecord, BenchError> {
     let train = split.subset(&cell.seed, cell.load, cell.n);
     let targets = data.torques(cell.load, cell.joint, &train);
-
-    let start = Instant::now();
-    let model = Fitted::fit(cell.model, data.x(&train).as_ref(), &targets)?;
-    let seconds_fit = start.elapsed().as_secs_f64();
-
-    let start = Instant::now();
-    let predictions = model.predict_mean(data.x(&split.extrap).as_ref())?;
-    let seconds_predict = start.elapsed().as_secs_f64();
+    let learned = match cell.model.rigid_body() {
+        None => of_states(cell, data, (&train, &targets), &split.extrap)?,
+        Some(form) => {
+            let train = (&train[..], &targets[..]);
+            of_rigid_body(cell, form, regressors, train, &split.extrap)?
+        }
+    };
 
     let truth = data.torques(cell.load, cell.joint, &split.extrap);
     let interp = split.interp_in_extrap();
     let pick = |values: &[f64]| interp.iter().map(|&i| values[i]).collect::<Vec<_>>();
     Ok(CellRecord {
-        nmse_interp: nmse(&pick(&predictions), &pick(&truth))?,
-        nmse_extrap: nmse(&predictions, &truth)?,
-        seconds_fit,
-        seconds_predict,
+        nmse_interp: nmse(&pick(&learned.means), &pick(&truth))?,
+        nmse_extrap: nmse(&learned.means, &truth)?,
+        seconds_fit: learned.seconds_fit,
+        seconds_predict: learned.seconds_predict,
         cell: cell.clone(),
+        fit: learned.fit,
+    })
+}
+
+/// What a model predicts, and how it came about.
+struct Learned {
+    means: Vec<f64>,
+    fit: Option<FitSummary>,
+    seconds_fit: f64,
+    seconds_predict: f64,
+}
+
+/// A model of section 3.4.
+fn of_states(
+    cell: &Cell,
+    data: &DataSet,
+    (train, targets): (&[usize], &[f64]),
+    test: &[usize],
+) -> Result<Learned, BenchError> {
+    let start = Instant::now();
+    let model = Fitted::fit(cell.model, data.x(train).as_ref(), targets)?;
+    let seconds_fit = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let means = model.predict_mean(data.x(test).as_ref())?;
+    Ok(Learned {
+        means,
         fit: model.summary(),
+        seconds_fit,
+        seconds_predict: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// A model with the prior of section 3.2.
+fn of_rigid_body(
+    cell: &Cell,
+    form: RigidBodyForm,
+    regressors: &Regressors<'_>,
+    (train, targets): (&[usize], &[f64]),
+    test: &[usize],
+) -> Result<Learned, BenchError> {
+    let [train, test] = [train, test].map(|rows| regressors.states(cell.joint, rows));
+    let start = Instant::now();
+    let model = JointModel::of_one_load(cell.joint, Knowledge::Nominal);
+    let model = model.fit(form, &train, targets, &[])?;
+    let seconds_fit = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let means = model.predict_mean(&test)?;
+    Ok(Learned {
+        means,
+        fit: Some(model.summary()),
+        seconds_fit,
+        seconds_predict: start.elapsed().as_secs_f64(),
     })
 }

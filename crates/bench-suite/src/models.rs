@@ -1,4 +1,4 @@
-//! The four models of section 3.4, fitted to raw covariates (no standardisation, as in the chapter).
+//! The models of section 3.4, fitted to raw covariates (no standardisation, as in the chapter).
 
 use faer::MatRef;
 use gp_core::{
@@ -24,6 +24,8 @@ impl Fitted {
     /// `x` (n, 18) with columns (q, q̇, q̈); `targets` (n,), N·m.
     /// # Errors
     /// `Fit` with the reason.
+    /// # Panics
+    /// For a model that needs more than states: those of [`ModelKind::rigid_body`].
     /// # Source
     /// Eq. (9) for LR; eqs. (5)–(8) and (22) for GP.
     pub fn fit(kind: ModelKind, x: MatRef<'_, f64>, targets: &[f64]) -> Result<Self, BenchError> {
@@ -37,6 +39,9 @@ impl Fitted {
             ModelKind::LrCoulomb => linear(LinearForm::Coulomb)?,
             ModelKind::GpSmooth => process(TorqueForm::Smooth)?,
             ModelKind::GpCoulomb => process(TorqueForm::Coulomb)?,
+            ModelKind::RigidBody | ModelKind::RigidBodyAndProcess => {
+                panic!("{} needs a regressor beside the states", kind.name())
+            }
         })
     }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::cell::TestSet;
 use crate::error::BenchError;
 use crate::report::averages::Averages;
-use crate::report::curves::{Curves, Statistic};
+use crate::report::curves::{CurveKey, Curves, Series, Statistic};
 use crate::report::text_table::{ratio, score};
 
 /// An average may get worse by this factor before it counts as broken.
@@ -33,9 +33,9 @@ pub struct ScoreKey {
 pub struct Scores(pub BTreeMap<ScoreKey, f64>);
 
 impl Scores {
-    /// Adds the averages over the loads.
+    /// Adds the averages over the loads, of the chapter's models.
     pub fn add_averages(&mut self, averages: &Averages) {
-        for (key, average) in &averages.0 {
+        for (key, average) in &averages.of_the_chapter().0 {
             let key = ScoreKey {
                 joint: key.joint,
                 model: key.model.name().to_string(),
@@ -46,10 +46,13 @@ impl Scores {
         }
     }
 
-    /// Adds the averages over the contexts.
+    /// Adds the averages over the contexts, of the chapter's models.
     pub fn add_curves(&mut self, curves: &Curves) {
         let lines = curves.0.iter();
-        for (key, points) in lines.filter(|(key, _)| key.statistic == Statistic::Average) {
+        let is_scored = |key: &CurveKey| {
+            key.statistic == Statistic::Average && Series::ALL.contains(&key.series)
+        };
+        for (key, points) in lines.filter(|(key, _)| is_scored(key)) {
             for point in points {
                 let key = ScoreKey {
                     joint: key.joint,

@@ -10,6 +10,7 @@ use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::measure::measure;
 use crate::progress::Progress;
+use crate::rigid_body::rows::Regressors;
 use crate::split::Split;
 use crate::store::{Store, Work};
 
@@ -146,8 +147,14 @@ fn compute(cells: &[Cell], store: &Store, n_reused: usize) -> Result<Computed<Ce
     let data_set = start.elapsed().as_secs_f64();
 
     let start = Instant::now();
+    let regressors = Regressors::new(&data);
     let results = side_by_side(cells, store, n_reused, |cell| {
-        measure(cell, &data, &splits[&(cell.seed.as_str(), cell.load)])
+        measure(
+            cell,
+            &data,
+            &regressors,
+            &splits[&(cell.seed.as_str(), cell.load)],
+        )
     })?;
     let cells = start.elapsed().as_secs_f64();
     Ok((results, Seconds { data_set, cells }))

@@ -16,6 +16,8 @@ use crate::error::BenchError;
 pub const MEASURED_BY: &str = env!("MEASURED_BY");
 /// The same for a unit of the many-contexts experiments.
 pub const MANY_MEASURED_BY: &str = env!("MANY_MEASURED_BY");
+/// The same for cells and units of models with the prior of section 3.2.
+pub const RIGID_BODY_MEASURED_BY: &str = env!("RIGID_BODY_MEASURED_BY");
 
 /// Last line of a whole file: TOML that is cut short can still be TOML.
 const END: &str = "# end of cell\n";
@@ -52,7 +54,11 @@ impl Work for Cell {
 
     fn key(&self) -> String {
         format!(
-            "format 3; measured by {MEASURED_BY}; seed {}; load c{}; joint {}; model {}; n {}",
+            "format 3; measured by {}; seed {}; load c{}; joint {}; model {}; n {}",
+            match self.model.rigid_body() {
+                None => MEASURED_BY,
+                Some(_) => RIGID_BODY_MEASURED_BY,
+            },
             self.seed,
             self.load,
             self.joint,

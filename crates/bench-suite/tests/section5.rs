@@ -215,7 +215,7 @@ fn every_experiment_is_made_and_says_what_was_asked_for() {
         include_str!("../experiments/context.toml"),
         &[
             ("n_total = 280", "n_total = 28"),
-            ("places = 8", "places = 2"),
+            ("places = 24", "places = 2"),
             ("[1, 2, 5, 10, 50]", "[1, 10]"),
             ("tested = [\"p1s2\", \"p2s4\",", "tested = ["),
             ("\"p4s3\", \"p4s4\"]", "\"p4s3\"]"),

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use bench_suite::multi::run::{run, run_shared};
 use bench_suite::multi::shared::{SharedRecord, SharedScope, SharedUnit};
-use bench_suite::multi::unit::{Unit, UnitRecord};
+use bench_suite::multi::unit::{ContextScore, Unit, UnitRecord};
 use bench_suite::run::Reuse;
 use bench_suite::store::Store;
 
@@ -87,6 +87,42 @@ fn a_record_has_a_score_of_every_context_and_the_likelihood_grows_with_the_rank(
     );
     let factor = &record.of("mGP-2".parse().unwrap()).unwrap().task_factor;
     assert_eq!((factor.len(), factor[0].len()), (3, 2));
+}
+
+/// The same samples for the models with the prior of section 3.2.
+fn rigid_body_units() -> BTreeSet<Unit> {
+    let of_unit = |unit: Unit| Unit {
+        models: ["rbd", "rbd+gp"]
+            .map(|name| name.parse().expect("a model's name"))
+            .to_vec(),
+        ..unit
+    };
+    units().into_iter().map(of_unit).collect()
+}
+
+#[test]
+fn a_rigid_body_prior_has_units_of_its_own_and_knows_the_arm() {
+    let dir = tempfile::tempdir().unwrap();
+    let store = Store::open(dir.path()).unwrap();
+    let work = rigid_body_units();
+    let outcome = run(&work, &store, Reuse::Fits, 2).unwrap();
+    assert!(outcome.failures.is_empty(), "{:?}", outcome.failures);
+    let one_thread = run(&work, &store, Reuse::Scratch, 1).unwrap();
+    assert_eq!(
+        without_seconds(&outcome.records),
+        without_seconds(&one_thread.records)
+    );
+    let again = run(&work, &store, Reuse::Results, 1).unwrap();
+    assert_eq!((again.n_reused, again.missing.len()), (2, 0));
+    for record in &outcome.records {
+        assert_eq!(record.models.len(), 2);
+        for model in &record.models {
+            assert_eq!(model.scores.len(), 3, "{}", model.model);
+            // Six samples a load cannot tell a torque, but they can tell a load.
+            let is_close = |score: &ContextScore| score.extrap < 1e-2 && score.interp < 1e-2;
+            assert!(model.scores.iter().all(is_close), "{:?}", model.scores);
+        }
+    }
 }
 
 /// Two joints with one K^ρ, after their own fits.

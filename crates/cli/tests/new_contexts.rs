@@ -144,15 +144,9 @@ fn changes_of_load_are_followed_and_impossible_torques_are_of_none_of_these() {
 }
 
 #[test]
-fn an_adapted_model_keeps_the_old_contexts_to_the_bit_and_predicts_the_new_one() {
+fn a_row_alone_keeps_the_old_contexts_to_the_bit_and_an_adapted_model_predicts_the_new_one() {
     let folder = folder();
-    let report = folder.run(ADAPT);
-    for text in [
-        "joint   RMSE (N·m)",
-        "more.tgp written, with the contexts `c1`, `c2`, `c4`, `c3`",
-    ] {
-        assert!(report.contains(text), "{text}: {report}");
-    }
+    folder.run(&format!("{ADAPT} --row-only"));
     let predict = |model: &str, context: &str| {
         folder.run(&format!(
             "predict --model {model} --context {context} --input test.csv --tau-prefix m --output y.csv"
@@ -162,6 +156,23 @@ fn an_adapted_model_keeps_the_old_contexts_to_the_bit_and_predicts_the_new_one()
     for context in ["c1", "c2", "c4"] {
         assert_eq!(predict("model.tgp", context), predict("more.tgp", context));
     }
+    let of_row_alone = predict("more.tgp", "c3");
+
+    let report = folder.run(ADAPT);
+    for text in [
+        "joint   RMSE (N·m)",
+        "more.tgp written, with the contexts `c1`, `c2`, `c4`, `c3`",
+    ] {
+        assert!(report.contains(text), "{text}: {report}");
+    }
+    // Another process reads the file, and says what the library says of the same samples.
+    let bytes = std::fs::read(folder.path("more.tgp")).unwrap();
+    let library = MultiTaskModel::from_bytes(&bytes).unwrap();
+    let x = states(&folder.read("test.csv"));
+    let expected = &library.predict("c3", x.as_ref()).unwrap()[0].mean;
+    let found = predict("more.tgp", "c3");
+    assert_eq!(&column(&found, "m1"), expected);
+    assert_ne!(found, of_row_alone);
     let nmse = |context: &str| {
         let found = json(
             &folder,
@@ -186,6 +197,36 @@ fn an_adapted_model_keeps_the_old_contexts_to_the_bit_and_predicts_the_new_one()
     let inspected = json(&folder, "inspect more.tgp");
     assert_eq!(inspected["contexts"].as_array().unwrap().len(), 5);
     assert_eq!(inspected["contexts"][4]["n_samples"], 8);
+}
+
+#[test]
+fn held_out_torques_say_how_far_those_of_a_known_load_may_be() {
+    let folder = folder();
+    folder.write("log.csv", rows("whatever", 2.0, 40, 5));
+    // 50 rows each of two known loads: twenty stretches of five.
+    let held_out = [("c1", 1.0), ("c2", 2.0)].map(|(name, mass)| rows(name, mass, 100, 50));
+    folder.write("held.csv", joined(&held_out[0], &held_out[1]));
+    let with = format!("{CONTEXT} --held-out held.csv");
+    let trusting = json(&folder, CONTEXT);
+    let found = json(&folder, &with);
+    assert_eq!(found["answer"], "c2");
+    let p_value = found["contexts"][1]["p_value"].as_f64().unwrap();
+    // A rank among twenty: a whole number of parts of 21.
+    let rank = p_value * 21.0;
+    assert!((rank - rank.round()).abs() <= 1e-9 && rank >= 1.0, "{rank}");
+    assert_ne!(found["contexts"], trusting["contexts"]);
+
+    folder.write("log.csv", rows("x", 40.0, 40, 5));
+    assert_eq!(json(&folder, &with)["answer"], Value::Null);
+    let few = folder.refusal(&format!("{with} --level 0.04"));
+    let expected = "held.csv: 20 trials of 5 rows of one context: their smallest p-value is 0.048, not below --level 0.04";
+    assert_eq!(few, expected);
+    folder.write("held.csv", rows("c9", 1.0, 0, 20));
+    let other = folder.refusal(&with);
+    assert!(
+        other.contains("`c9` is not a context of model.tgp"),
+        "{other}"
+    );
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod fisher;
 mod fit;
 mod fit_posterior;
 mod fit_report;
+mod further_samples;
 mod init;
 mod joint_covariance;
 mod log_marginal;

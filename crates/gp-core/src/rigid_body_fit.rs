@@ -17,6 +17,7 @@ use crate::covariance_fit::{CovarianceFit, fit_covariance};
 use crate::data::require_training_data;
 use crate::error::GpError;
 use crate::fit::FitOptions;
+use crate::fit_posterior::FitPosterior;
 use crate::init::{chapter_start, varied_start};
 use crate::posterior::Prediction;
 
@@ -154,6 +155,54 @@ impl<C: Covariance> InformedFit<C> {
         prediction.mean = add(prediction.mean, &expected);
         Ok(prediction)
     }
+}
+
+impl InformedFit<RigidBodyCovariance> {
+    /// Posterior mean of π, (p,): the torque's is Yπ.
+    ///
+    /// # Errors
+    /// Those of [`InformedFit::predict_mean`], for numbers that overflow.
+    pub fn parameter_mean(&self) -> Result<Vec<f64>, GpError> {
+        parameter_mean(&self.fit.posterior, &self.prior)
+    }
+}
+
+/// The mean of a sum of processes is a sum, too, with the same weights β in each:
+///
+/// ```text
+/// mean(x, y) = (c_f(x, ·) + c_rbd(y, ·))β + yπ₀ = E[f(x)] + y E[π]
+/// ```
+impl InformedFit<RigidBodyAndProcess> {
+    /// Posterior mean of π, (p,).
+    ///
+    /// # Errors
+    /// As without a process.
+    pub fn parameter_mean(&self) -> Result<Vec<f64>, GpError> {
+        let rigid_body = self.fit.posterior.covariance().second().clone();
+        parameter_mean(&self.fit.posterior.with_covariance(rigid_body), &self.prior)
+    }
+
+    /// Posterior mean of f at rows of x, which does not depend on the load.
+    ///
+    /// # Errors
+    /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
+    pub fn process_mean(&self, x: MatRef<'_, f64>) -> Result<Vec<f64>, GpError> {
+        let process = self.fit.posterior.covariance().first().clone();
+        let unused = Mat::zeros(x.nrows(), self.prior.mean.len());
+        let posterior = self.fit.posterior.with_covariance(process);
+        posterior.predict_mean(rows(x, unused.as_ref()).as_ref())
+    }
+}
+
+/// The mean of y(π − π₀) is linear in y: its entries at the unit rows, and π₀.
+fn parameter_mean(
+    posterior: &FitPosterior<RigidBodyCovariance>,
+    prior: &ParameterPrior,
+) -> Result<Vec<f64>, GpError> {
+    let (first, p) = (posterior.covariance().columns().start, prior.mean.len());
+    let unit = |row: usize, col: usize| if col == first + row { 1.0 } else { 0.0 };
+    let deviations = posterior.predict_mean(Mat::from_fn(p, first + p, unit).as_ref())?;
+    Ok(add(deviations, &prior.mean))
 }
 
 fn add(mut values: Vec<f64>, others: &[f64]) -> Vec<f64> {

@@ -16,6 +16,7 @@ mod eq_09;
 mod eq_22;
 mod failures;
 mod fixture;
+mod further_samples;
 mod joint_covariance;
 mod low_rank_posterior;
 mod memory;

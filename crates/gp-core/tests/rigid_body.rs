@@ -198,6 +198,47 @@ fn a_process_takes_what_the_parameters_leave() {
 }
 
 #[test]
+fn a_mean_is_that_of_the_parameters_and_that_of_the_process() {
+    let beside = |x: f64| (4.0 * x).sin();
+    let (train, test) = (Made::new(60, 4, beside), Made::new(50, 5, beside));
+    let prior = ParameterPrior {
+        mean: vec![1.0; PARAMETERS],
+        std: vec![2.0; PARAMETERS],
+    };
+    let (x, y) = (test.x.as_ref(), test.y.as_ref());
+    let linear = |pi: &[f64]| -> Vec<f64> {
+        (0..50)
+            .map(|i| row(y, i).iter().zip(pi).map(|(y, pi)| y * pi).sum())
+            .collect()
+    };
+    let alone = fit_rigid_body(train.samples(), &prior, &options()).unwrap();
+    let of_alone = linear(&alone.parameter_mean().unwrap());
+
+    let form = TorqueForm::Smooth;
+    let both = fit_rigid_body_and_process(train.samples(), &prior, form, &options()).unwrap();
+    let parameters = both.parameter_mean().unwrap();
+    let mut of_both = linear(&parameters);
+    for (mean, process) in of_both.iter_mut().zip(both.process_mean(x).unwrap()) {
+        *mean += process;
+    }
+    let whole = [
+        alone.predict_mean(x, y).unwrap(),
+        both.predict_mean(x, y).unwrap(),
+    ];
+    for (parts, whole) in [of_alone, of_both].iter().zip(&whole) {
+        for (part, whole) in parts.iter().zip(whole) {
+            // Sums of 60 weights, which are tens of standard deviations over σ² ≥ 10⁻⁴.
+            let tolerance = 60.0 * f64::EPSILON * 1e6;
+            assert!((part - whole).abs() < tolerance, "{part} {whole}");
+        }
+    }
+    // The sine has mean zero, and the parameters are those that made the rest.
+    for (found, expected) in parameters.iter().zip(TRUE) {
+        assert!((found - expected).abs() < 0.1, "{found} {expected}");
+    }
+}
+
+#[test]
 fn joints_teach_each_other_the_parameters_they_share() {
     // Two joints of two parameters: the first sees π₁ and π₁ + π₂ never apart.
     let first = [1.0, 1.0];

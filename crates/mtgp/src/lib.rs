@@ -80,4 +80,6 @@ pub use task_prior::{TaskMeasure, TaskPrior, WithTaskPrior};
 pub use task_row::TaskRow;
 pub use task_start::{AugmentedTargets, augmented_k_task, augmented_targets};
 pub use torque_noise::WithTorqueNoise;
-pub use unknown_context::{Calibration, ContextAnswer, chi_squared_upper_tail, known_or_unknown};
+pub use unknown_context::{
+    Calibration, ContextAnswer, chi_squared_upper_tail, known_or_unknown, largest_p_value,
+};

@@ -59,52 +59,71 @@ impl ContextEvidence {
     }
 }
 
-/// Scores of held-out torques under the context that made them, to judge new scores by.
+/// Scores of held-out torques of known contexts, to judge new scores by.
 ///
 /// ```text
-/// p = (1 + #{held out: score ≥ s})/(n + 1)
+/// p = (1 + Σ_g #{held out in group g: score ≥ s}/n_g)/(G + 1)
 /// ```
-/// If the new score and the n held-out ones are exchangeable (the new torques come from a known
-/// context, and were drawn like the held-out ones), then P(p ≤ α) ≤ α for every α, whatever the
-/// model gets wrong; the smallest p possible is 1/(n + 1), so that a level α needs n ≥ 1/α − 1.
+/// for G groups of n_g scores; of groups of one it is (1 + #{held out: score ≥ s})/(n + 1).
+/// If the groups and that of the new score are exchangeable, and so are the scores in each (the new
+/// torques come from a known context, and were drawn like the held-out ones), then P(p ≤ α) ≤ α for
+/// every α, whatever the model gets wrong; the smallest p possible is 1/(G + 1), so that a level α
+/// needs G ≥ 1/α − 1 groups.
 /// The probability is over the held-out scores as well as the new one.
 ///
-/// Neighbouring samples of one trajectory are not exchangeable: let a score be that of one trial
-/// of the length that will be judged, from a trajectory the model has not been trained on.
+/// Torques at one place, under one load after another, err alike: they are one group, as are
+/// neighbouring samples of one trajectory. Taken for independent scores, they make p too small.
 /// # Source
-/// Vovk, Gammerman & Shafer 2005, sec. 2.2 (conformal prediction), for one-sided scores.
+/// Vovk, Gammerman & Shafer 2005, sec. 2.2 (conformal prediction), for one-sided scores; Lee, Barber
+/// & Willett 2023, "Distribution-free inference with hierarchical data", for groups.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// In increasing order.
-    scores: Vec<f64>,
+    /// Each in increasing order.
+    groups: Vec<Vec<f64>>,
 }
 
 impl Calibration {
-    /// Keeps the held-out scores.
+    /// Keeps held-out scores that are exchangeable one by one.
     ///
     /// # Errors
     /// [`MtgpError::NoCalibration`] without scores; [`MtgpError::NonFinite`] for one that is NaN
     /// or infinite.
-    pub fn new(mut scores: Vec<f64>) -> Result<Self, MtgpError> {
-        if scores.is_empty() {
-            return Err(MtgpError::NoCalibration);
-        }
-        if let Some(row) = scores.iter().position(|score| !score.is_finite()) {
-            let (what, column, value) = ("held-out score", 0, scores[row]);
-            return Err(MtgpError::NonFinite {
-                what,
-                row,
-                column,
-                value,
-            });
-        }
-        scores.sort_by(f64::total_cmp);
-        Ok(Self { scores })
+    pub fn new(scores: Vec<f64>) -> Result<Self, MtgpError> {
+        Self::of_groups(scores.into_iter().map(|score| vec![score]).collect())
     }
 
-    /// Number of held-out scores n.
+    /// Keeps held-out scores that are exchangeable group by group.
+    ///
+    /// # Errors
+    /// [`MtgpError::NoCalibration`] without groups or with an empty one; [`MtgpError::NonFinite`] for
+    /// a score that is NaN or infinite, with its group as the row.
+    pub fn of_groups(mut groups: Vec<Vec<f64>>) -> Result<Self, MtgpError> {
+        if groups.is_empty() || groups.iter().any(Vec::is_empty) {
+            return Err(MtgpError::NoCalibration);
+        }
+        for (row, group) in groups.iter_mut().enumerate() {
+            if let Some(column) = group.iter().position(|score| !score.is_finite()) {
+                let (what, value) = ("held-out score", group[column]);
+                return Err(MtgpError::NonFinite {
+                    what,
+                    row,
+                    column,
+                    value,
+                });
+            }
+            group.sort_by(f64::total_cmp);
+        }
+        Ok(Self { groups })
+    }
+
+    /// Number of held-out scores.
     pub fn n_scores(&self) -> usize {
-        self.scores.len()
+        self.groups.iter().map(Vec::len).sum()
+    }
+
+    /// Number of groups G.
+    pub fn n_groups(&self) -> usize {
+        self.groups.len()
     }
 
     /// The p-value of a new score; NaN for NaN.
@@ -112,9 +131,31 @@ impl Calibration {
         if score.is_nan() {
             return score;
         }
-        let n_below = self.scores.partition_point(|held_out| *held_out < score);
-        (1 + self.scores.len() - n_below) as f64 / (1 + self.scores.len()) as f64
+        let share = |group: &Vec<f64>| {
+            let n_below = group.partition_point(|held_out| *held_out < score);
+            (group.len() - n_below) as f64 / group.len() as f64
+        };
+        let above: f64 = self.groups.iter().map(share).sum();
+        (1.0 + above) / (1 + self.groups.len()) as f64
     }
+}
+
+/// The largest p-value of a new score by several calibrations, each of torques that came about in one way.
+///
+/// ```text
+/// p = max_w p_w,   P(p ≤ α) ≤ α if the new torques came about in any one of these ways
+/// ```
+/// On a trajectory that is none of the held-out ones a model may err more than on all of them, and no
+/// calibration says how often: with trajectories as the groups of [`Calibration`] that takes 1/α − 1 of
+/// them. To have to be unusual on each of a few trajectories is the most careful that few allow.
+/// NaN for NaN or without a calibration.
+/// # Source
+/// Berger 1982, as for [`known_or_unknown`].
+pub fn largest_p_value(calibrations: &[Calibration], score: f64) -> f64 {
+    let p_values = calibrations
+        .iter()
+        .map(|calibration| calibration.p_value(score));
+    p_values.fold(f64::NAN, f64::max)
 }
 
 /// A context, or none of those that are known.

@@ -204,6 +204,50 @@ fn a_grown_model_predicts_the_old_contexts_to_the_bit_and_the_new_one_by_its_row
 }
 
 #[test]
+fn a_model_that_holds_new_samples_is_read_back_and_predicts_to_the_bit_what_it_did() {
+    let model = model(60, false);
+    let x = inputs(5, 7);
+    let ranges = TrainingRanges::of(x.as_ref()).unwrap();
+    let torques = [0.3, -0.2].map(|scale| (0..7).map(|i| scale * f64::from(i)).collect());
+    let grown = model.with_context("new", &new_rows(false), ranges).unwrap();
+    let adapted = grown.with_samples("new", x.as_ref(), &torques).unwrap();
+    let read = MultiTaskModel::from_bytes(&adapted.to_bytes()).unwrap();
+    let elsewhere = inputs(6, 9);
+    for context in CONTEXTS.iter().chain(&["new"]) {
+        let found = read.predict(context, elsewhere.as_ref()).unwrap();
+        assert_eq!(found, adapted.predict(context, elsewhere.as_ref()).unwrap());
+        assert_ne!(found, grown.predict(context, elsewhere.as_ref()).unwrap());
+    }
+    // Closer to the torques than the row alone; half as much as the noise and the 60 other samples let it.
+    let error = |model: &MultiTaskModel| -> f64 {
+        let predictions = model.predict("new", x.as_ref()).unwrap();
+        let of_joint = predictions.iter().zip(&torques);
+        let errors = of_joint.flat_map(|(p, t): (_, &Vec<f64>)| p.mean.iter().zip(t));
+        errors.map(|(mean, torque)| (mean - torque).powi(2)).sum()
+    };
+    assert!(
+        error(&read) < 0.25 * error(&grown),
+        "{} {}",
+        error(&read),
+        error(&grown)
+    );
+
+    let mut bytes = adapted.to_bytes();
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    assert!(MultiTaskModel::from_bytes(&bytes).is_err());
+    let error = adapted
+        .with_samples("c9", x.as_ref(), &torques)
+        .unwrap_err();
+    assert!(
+        error.to_string().contains("unknown context `c9`"),
+        "{error}"
+    );
+    let error = adapted.with_samples("new", x.as_ref(), &torques[..1]);
+    assert!(error.unwrap_err().to_string().contains("torques of joints"));
+}
+
+#[test]
 fn a_context_that_does_not_fit_is_refused() {
     let model = model(12, false);
     let ranges = TrainingRanges::of(inputs(5, 7).as_ref()).unwrap();

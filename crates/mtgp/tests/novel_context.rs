@@ -164,6 +164,57 @@ fn adapted_predictions_are_those_of_a_full_refit() {
 }
 
 #[test]
+fn a_posterior_with_further_samples_is_a_full_refit_and_the_adapted_one() {
+    let draw = four_tasks_of_rank_two(6, 40);
+    let (x, torques) = new_samples();
+    let (all, targets) = joined(&draw, &x, &torques);
+    let new = with_task(x.as_ref(), M);
+    let elsewhere = Mat::from_fn(140, 3, |row, col| {
+        1.9 * (0.4 * row as f64 + 1.9 * col as f64).cos()
+    });
+    let options = LikelihoodOptions {
+        method: Method::Certified,
+        certificate: 1e-9,
+    };
+    let inputs = draw.data.inputs();
+    let (truth, old) = (draw.truth.clone(), &draw.targets);
+    let few = FitPosterior::new(truth, draw.noise_std, inputs, old, options).unwrap();
+    assert!(matches!(few, FitPosterior::LowRank(_)));
+    let row = &rows()[0];
+    let prior = grown(&draw.truth, row);
+    let refit = Posterior::new(prior.clone(), 0.05, all.as_ref(), &targets).unwrap();
+    for posterior in [dense(&draw), few] {
+        let with_row = posterior.with_covariance(prior.clone());
+        let found = with_row.with_samples(new.as_ref(), &torques).unwrap();
+        let is_dense = matches!(found, FitPosterior::Dense(_));
+        let adapted = AdaptedPosterior::new(posterior, row.clone(), x.as_ref(), &torques);
+        let adapted = adapted.unwrap();
+        for context in 0..=M {
+            let points = with_task(elsewhere.as_ref(), context);
+            let found = found.predict(points.as_ref()).unwrap();
+            let of_refit = refit.predict(points.as_ref()).unwrap();
+            let of_adapted = adapted.predict(elsewhere.as_ref(), context).unwrap();
+            // The pivots leave out what their certificate allows.
+            for (expected, tolerance) in [
+                (of_refit, if is_dense { 1e-8 } else { 1e-4 }),
+                (of_adapted, 1e-8),
+            ] {
+                for idx in 0..elsewhere.nrows() {
+                    let errors = [
+                        found.mean[idx] - expected.mean[idx],
+                        found.var[idx] - expected.var[idx],
+                    ];
+                    assert!(
+                        errors.iter().all(|error| error.abs() <= tolerance),
+                        "{is_dense} {context} {errors:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn a_few_pivots_adapt_as_the_dense_path_does() {
     let draw = four_tasks_of_rank_two(6, 40);
     let options = LikelihoodOptions {

@@ -6,7 +6,7 @@ use kernels::Covariance;
 use mtgp::{
     Calibration, ContextAnswer, ContextPosterior, ContextPrior, JointTorques, MtgpError,
     MultiTaskCovariance, TaskCovariance, TaskFactor, chi_squared_upper_tail, context_evidence,
-    known_or_unknown, with_task,
+    known_or_unknown, largest_p_value, with_task,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -157,6 +157,60 @@ fn conformal_p_values_are_valid_whatever_the_scores_are() {
     // Exactly level here, as level (n + 1) is whole: 200 ± 13.4, five deviations.
     let rejected = rejected.count();
     assert!(rejected.abs_diff(200) <= 67, "{rejected}");
+}
+
+#[test]
+fn p_values_of_groups_are_valid_where_scores_of_a_group_are_alike() {
+    // Nineteen places whose scores under five loads differ by a thousandth of their spread.
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut place = || {
+        let common = normal(&mut rng).powi(3);
+        let mut score = || common + 1e-3 * normal(&mut rng);
+        vec![score(), score(), score(), score(), score()]
+    };
+    let (n_groups, n_trials) = (19, 2000);
+    let mut rejected = [0_usize; 3];
+    for _ in 0..n_trials {
+        let held_out: Vec<Vec<f64>> = (0..n_groups).map(|_| place()).collect();
+        let pooled = Calibration::new(held_out.concat()).unwrap();
+        let grouped = Calibration::of_groups(held_out).unwrap();
+        assert_eq!((grouped.n_groups(), grouped.n_scores()), (19, 95));
+        let score = place()[0];
+        rejected[0] += usize::from(grouped.p_value(score) <= 0.1);
+        rejected[1] += usize::from(grouped.p_value(score) <= 0.04);
+        rejected[2] += usize::from(pooled.p_value(score) <= 0.04);
+    }
+    // At most 200 ± 13.4 at a tenth; none below 1/20; one in twenty if groups count as scores.
+    assert!(rejected[0] <= 200 + 67, "{rejected:?}");
+    assert_eq!(rejected[1], 0);
+    assert!(rejected[2] > 90, "{rejected:?}");
+    assert_eq!(
+        Calibration::of_groups(vec![vec![1.0], Vec::new()]),
+        Err(MtgpError::NoCalibration)
+    );
+}
+
+#[test]
+fn the_largest_p_value_holds_for_torques_of_either_of_two_kinds() {
+    // Scores of one kind are ten times as large as those of the other.
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let (level, n, n_trials) = (0.1, 19, 2000);
+    let mut rejected = [0_usize; 2];
+    for _ in 0..n_trials {
+        let mut scores = |scale: f64, n: usize| -> Vec<f64> {
+            (0..n).map(|_| scale * normal(&mut rng).abs()).collect()
+        };
+        let held_out = [1.0, 10.0].map(|scale| Calibration::new(scores(scale, n)).unwrap());
+        for (count, scale) in rejected.iter_mut().zip([1.0, 10.0]) {
+            let p_value = largest_p_value(&held_out, scores(scale, 1)[0]);
+            *count += usize::from(p_value <= level);
+        }
+    }
+    // Five deviations of a binomial above the level; exact for the larger scores, but for the rare
+    // case in which the smaller ones hold the largest.
+    assert!(rejected[0] <= 20 && rejected[1] <= 267, "{rejected:?}");
+    assert!(rejected[1] >= 133, "{rejected:?}");
+    assert!(largest_p_value(&[], 1.0).is_nan());
 }
 
 #[test]

@@ -8,6 +8,7 @@ use mtgp::{MultiTaskOptions, Stacked, StageOne, TaskFit, fit_ranks};
 
 use super::draw::nested;
 use super::model::MultiModel;
+use super::rigid_body;
 use super::summary::summary_of;
 use super::unit::{ContextScore, ModelRecord, Unit, UnitRecord};
 use crate::cell::ModelKind;
@@ -15,11 +16,13 @@ use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::metrics::nmse;
 use crate::models::Fitted;
+use crate::rigid_body::rows::{Regressors, States};
 use crate::split::{N_ROWS, Split};
 
 /// What all units share.
 pub struct Bench<'a> {
     data: &'a DataSet,
+    regressors: Regressors<'a>,
     /// Splits by seed and load.
     splits: BTreeMap<&'a str, BTreeMap<usize, Split>>,
     /// Inputs of every row of the data set, (64,000, 18): every context is predicted there.
@@ -32,6 +35,7 @@ impl<'a> Bench<'a> {
         let rows: Vec<usize> = (0..N_ROWS).collect();
         Self {
             data,
+            regressors: Regressors::new(data),
             splits,
             x_all: data.x(&rows),
         }
@@ -40,6 +44,11 @@ impl<'a> Bench<'a> {
     /// Inputs of every row of the data set, (64,000, 18).
     pub(super) fn x_all(&self) -> MatRef<'_, f64> {
         self.x_all.as_ref()
+    }
+
+    /// A joint's regressor at rows of the data set.
+    pub(super) fn states(&self, joint: usize, rows: &[usize]) -> States {
+        self.regressors.states(joint, rows)
     }
 
     fn split(&self, unit: &Unit, load: usize) -> &Split {
@@ -76,7 +85,7 @@ impl<'a> Bench<'a> {
 /// Training samples of a unit, those of each context together.
 pub(super) struct Training {
     /// Training rows of each context.
-    rows: Vec<Vec<usize>>,
+    pub rows: Vec<Vec<usize>>,
     pub stacked: Stacked,
     /// In the order of `stacked`.
     pub targets: Vec<f64>,
@@ -120,6 +129,9 @@ impl Training {
 /// Section 4.6; A.3.
 pub fn measure(unit: &Unit, bench: &Bench<'_>) -> Result<UnitRecord, BenchError> {
     let training = Training::draw(unit, bench)?;
+    if unit.is_rigid_body() {
+        return rigid_body::measure(unit, bench, &training);
+    }
     let options = MultiTaskOptions::several();
     let (stage_one, seconds) = stage_one(&training, &options)?;
     let ranks: Vec<usize> = unit.models.iter().filter_map(|m| m.rank()).collect();
@@ -141,6 +153,7 @@ pub fn measure(unit: &Unit, bench: &Bench<'_>) -> Result<UnitRecord, BenchError>
                 let fit = fits.next().expect("one fit a rank");
                 scored(unit, bench, model, fit, seconds_each)?
             }
+            MultiModel::RigidBody | MultiModel::RigidBodyAndProcess => continue,
         });
     }
     Ok(UnitRecord {

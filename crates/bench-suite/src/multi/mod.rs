@@ -4,6 +4,7 @@ pub mod draw;
 pub mod measure;
 pub mod model;
 pub mod ranks;
+mod rigid_body;
 pub mod run;
 pub mod shared;
 pub mod spec;

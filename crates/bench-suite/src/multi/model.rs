@@ -6,6 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::error::BenchError;
+use crate::rigid_body::RigidBodyForm;
 
 /// A model of one joint's torques in all contexts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -22,6 +23,10 @@ pub enum MultiModel {
         /// Columns of Λ.
         rank: usize,
     },
+    /// rbd: parameters of a rigid-body model with a prior, ten of them for each load; not the chapter's.
+    RigidBody,
+    /// rbd+gp: the same with a process on what it leaves.
+    RigidBodyAndProcess,
 }
 
 impl MultiModel {
@@ -29,6 +34,15 @@ impl MultiModel {
     pub fn rank(self) -> Option<usize> {
         match self {
             Self::Transfer { rank } => Some(rank),
+            _ => None,
+        }
+    }
+
+    /// The form of a model with the prior of section 3.2; none of the chapter's experiment.
+    pub fn rigid_body(self) -> Option<RigidBodyForm> {
+        match self {
+            Self::RigidBody => Some(RigidBodyForm::Alone),
+            Self::RigidBodyAndProcess => Some(RigidBodyForm::WithProcess),
             _ => None,
         }
     }
@@ -41,6 +55,8 @@ impl fmt::Display for MultiModel {
             Self::Independent => f.write_str("iGP"),
             Self::Pooled => f.write_str("pGP"),
             Self::Transfer { rank } => write!(f, "mGP-{rank}"),
+            Self::RigidBody => f.write_str(RigidBodyForm::Alone.name()),
+            Self::RigidBodyAndProcess => f.write_str(RigidBodyForm::WithProcess.name()),
         }
     }
 }
@@ -54,6 +70,8 @@ impl FromStr for MultiModel {
             "sGP" => Ok(Self::Single),
             "iGP" => Ok(Self::Independent),
             "pGP" => Ok(Self::Pooled),
+            "rbd" => Ok(Self::RigidBody),
+            "rbd+gp" => Ok(Self::RigidBodyAndProcess),
             _ => name
                 .strip_prefix("mGP-")
                 .and_then(rank)
@@ -61,7 +79,7 @@ impl FromStr for MultiModel {
                 .ok_or_else(|| BenchError::UnknownName {
                     what: "model",
                     name: name.to_string(),
-                    known: "sGP, iGP, pGP, mGP-1, mGP-2, …".to_string(),
+                    known: "sGP, iGP, pGP, rbd, rbd+gp, mGP-1, mGP-2, …".to_string(),
                 }),
         }
     }
@@ -92,6 +110,8 @@ mod tests {
             MultiModel::Independent,
             MultiModel::Pooled,
             MultiModel::Transfer { rank: 10 },
+            MultiModel::RigidBody,
+            MultiModel::RigidBodyAndProcess,
         ];
         for model in models {
             assert_eq!(model.to_string().parse::<MultiModel>().unwrap(), model);

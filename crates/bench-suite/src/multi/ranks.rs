@@ -32,7 +32,7 @@ impl Choices {
     /// `MultiTask` if a recorded likelihood is not finite.
     pub fn of(records: &[UnitRecord]) -> Result<Self, BenchError> {
         let mut groups: BTreeMap<(usize, usize), Vec<&UnitRecord>> = BTreeMap::new();
-        for record in records {
+        for record in records.iter().filter(|r| !r.unit.is_rigid_body()) {
             let unit = &record.unit;
             let key = (unit.repeat, unit.n_total);
             groups.entry(key).or_default().push(record);

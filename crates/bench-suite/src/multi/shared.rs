@@ -46,7 +46,7 @@ impl SharedUnit {
     /// The sizes and repeats at which every joint of the scope has a fit of every rank of its own.
     pub fn all(records: &[UnitRecord], joints: &[usize], scope: &SharedScope) -> Vec<Self> {
         let mut units: Vec<&Unit> = records.iter().map(|record| &record.unit).collect();
-        units.retain(|unit| unit.n_total <= scope.up_to);
+        units.retain(|unit| unit.n_total <= scope.up_to && !unit.is_rigid_body());
         let place = |unit: &Unit| (unit.repeat, unit.n_total);
         units.sort_by_key(|unit| (place(unit), unit.joint));
         let groups = units.chunk_by(|a, b| place(a) == place(b));

@@ -30,6 +30,9 @@ pub struct MultiScope {
     pub ranks: Vec<usize>,
     /// Where one K^ρ for all joints is learned, too.
     pub shared: Option<SharedScope>,
+    /// Training samples of all contexts together up to which the models with the prior of section 3.2
+    /// are learned, too.
+    pub rigid_body_up_to: Option<usize>,
     /// More samples than the chapter's figures show.
     pub beyond: Option<BeyondScope>,
 }
@@ -166,9 +169,21 @@ impl MultiExperiment {
     pub fn units(&self, scope: &MultiScope, n_repeats: usize) -> BTreeSet<Unit> {
         let mut units = BTreeSet::new();
         for repeat in 0..n_repeats {
-            units.extend(self.grid(repeat, &scope.joints, &scope.totals, &scope.ranks));
+            let chapters = chapters_models(&scope.ranks);
+            units.extend(self.grid(repeat, &scope.joints, &scope.totals, &chapters));
+            if let Some(most) = scope.rigid_body_up_to {
+                let totals: Vec<usize> = scope
+                    .totals
+                    .iter()
+                    .copied()
+                    .filter(|n| *n <= most)
+                    .collect();
+                let models = [MultiModel::RigidBody, MultiModel::RigidBodyAndProcess];
+                units.extend(self.grid(repeat, &scope.joints, &totals, &models));
+            }
             if let Some(beyond) = &scope.beyond {
-                units.extend(self.grid(repeat, &beyond.joints, &beyond.totals, &beyond.ranks));
+                let models = chapters_models(&beyond.ranks);
+                units.extend(self.grid(repeat, &beyond.joints, &beyond.totals, &models));
             }
         }
         units
@@ -180,16 +195,8 @@ impl MultiExperiment {
         repeat: usize,
         joints: &[usize],
         totals: &[usize],
-        ranks: &[usize],
+        models: &[MultiModel],
     ) -> Vec<Unit> {
-        let models: Vec<MultiModel> = [
-            MultiModel::Single,
-            MultiModel::Independent,
-            MultiModel::Pooled,
-        ]
-        .into_iter()
-        .chain(ranks.iter().map(|&rank| MultiModel::Transfer { rank }))
-        .collect();
         let unit = |joint, n_total| Unit {
             seed: self.seed.clone(),
             split_seed: self.split_seed.clone(),
@@ -197,7 +204,7 @@ impl MultiExperiment {
             joint,
             n_contexts: self.n_contexts,
             n_total,
-            models: models.clone(),
+            models: models.to_vec(),
         };
         let of_joint = |&joint: &usize| totals.iter().map(move |&n_total| (joint, n_total));
         let pairs = joints.iter().flat_map(of_joint);
@@ -244,6 +251,17 @@ impl MultiExperiment {
     }
 }
 
+/// Models of section 4.6, with an mGP of each rank.
+fn chapters_models(ranks: &[usize]) -> Vec<MultiModel> {
+    let learned_alone = [
+        MultiModel::Single,
+        MultiModel::Independent,
+        MultiModel::Pooled,
+    ];
+    let of_rank = ranks.iter().map(|&rank| MultiModel::Transfer { rank });
+    learned_alone.into_iter().chain(of_rank).collect()
+}
+
 fn refuse(name: &str, message: String) -> BenchError {
     BenchError::Experiment {
         name: name.to_string(),
@@ -265,10 +283,12 @@ mod tests {
                 e.units(&scope.unwrap(), 1)
             })
             .collect();
-        let (chapter, beyond): (Vec<&Unit>, Vec<&Unit>) =
-            units.iter().partition(|unit| unit.n_total <= 1820);
-        assert_eq!(chapter.len(), 48);
-        assert!(chapter.iter().all(|unit| unit.models.len() == 9));
+        let (others, chapters): (Vec<Unit>, Vec<Unit>) =
+            units.into_iter().partition(Unit::is_rigid_body);
+        let (chapters, beyond): (Vec<&Unit>, Vec<&Unit>) =
+            chapters.iter().partition(|unit| unit.n_total <= 1820);
+        assert_eq!((others.len(), chapters.len()), (48, 48));
+        assert!(chapters.iter().all(|unit| unit.models.len() == 9));
         let beyond: Vec<(usize, usize)> = beyond.iter().map(|u| (u.joint, u.n_total)).collect();
         assert_eq!(beyond, [(3, 56_000)]);
         assert_eq!([all[0].set, all[1].set], TestSet::ALL);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::model::MultiModel;
 use crate::cell::{FitSummary, TestSet};
-use crate::store::{Finished, MANY_MEASURED_BY, Work};
+use crate::store::{Finished, MANY_MEASURED_BY, RIGID_BODY_MEASURED_BY, Work};
 
 /// What is fitted in one go, since the mGPs start where iGP and pGP end; the unit of resumption.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -32,12 +32,20 @@ impl Unit {
     pub fn n_each(&self) -> usize {
         self.n_total / self.n_contexts
     }
+
+    /// Whether its models are those with the prior of section 3.2, and not the chapter's.
+    pub fn is_rigid_body(&self) -> bool {
+        self.models.iter().any(|model| model.rigid_body().is_some())
+    }
 }
 
 impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (joint, n, m) = (self.joint, self.n_total, self.n_contexts);
         write!(f, "joint {joint}, {m} contexts, n = {n}")?;
+        if self.is_rigid_body() {
+            f.write_str(", rigid body")?;
+        }
         match self.repeat {
             0 => Ok(()),
             repeat => write!(f, ", draw {}", repeat + 1),
@@ -51,7 +59,12 @@ impl Work for Unit {
     fn key(&self) -> String {
         let models: Vec<String> = self.models.iter().map(ToString::to_string).collect();
         format!(
-            "format 1; measured by {MANY_MEASURED_BY}; seed {}; split seed {}; repeat {}; contexts {}; joint {}; n {}; models {}",
+            "format 1; measured by {}; seed {}; split seed {}; repeat {}; contexts {}; joint {}; n {}; models {}",
+            if self.is_rigid_body() {
+                RIGID_BODY_MEASURED_BY
+            } else {
+                MANY_MEASURED_BY
+            },
             self.seed,
             self.split_seed,
             self.repeat,
@@ -63,7 +76,7 @@ impl Work for Unit {
     }
 
     fn cost(&self) -> impl Ord {
-        self.n_total
+        (!self.is_rigid_body(), self.n_total)
     }
 }
 

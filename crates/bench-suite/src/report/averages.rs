@@ -74,6 +74,18 @@ impl Averages {
         Self(averages)
     }
 
+    /// The averages of the models that the chapter compares.
+    #[must_use]
+    pub fn of_the_chapter(&self) -> Self {
+        let is_chapters = |key: &AverageKey| key.model.rigid_body().is_none();
+        let averages = self.0.iter().filter(|(key, _)| is_chapters(key));
+        Self(
+            averages
+                .map(|(key, average)| (*key, average.clone()))
+                .collect(),
+        )
+    }
+
     /// The mean at a key, if any load has a result there.
     pub fn mean(&self, key: &AverageKey) -> Option<f64> {
         self.0.get(key).map(Average::mean)

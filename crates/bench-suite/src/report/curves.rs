@@ -8,6 +8,7 @@ use crate::multi::model::MultiModel;
 use crate::multi::ranks::Choices;
 use crate::multi::shared::SharedRecord;
 use crate::multi::unit::{ModelRecord, UnitRecord};
+use crate::rigid_body::RigidBodyForm;
 
 /// A line of the figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,6 +23,10 @@ pub enum Series {
     TransferBic,
     /// The same with one K^ρ for all joints; not the chapter's.
     SharedBic,
+    /// rbd; not the chapter's.
+    RigidBody,
+    /// rbd+gp; not the chapter's.
+    RigidBodyAndProcess,
 }
 
 impl Series {
@@ -33,13 +38,15 @@ impl Series {
         Self::TransferBic,
     ];
 
-    /// Those that are drawn: the chapter's, and one K^ρ for all joints where it exists.
-    pub const DRAWN: [Self; 5] = [
+    /// Those that are drawn: the chapter's, and ours where they exist.
+    pub const DRAWN: [Self; 7] = [
         Self::Single,
         Self::Independent,
         Self::Pooled,
         Self::TransferBic,
         Self::SharedBic,
+        Self::RigidBody,
+        Self::RigidBodyAndProcess,
     ];
 
     /// Name in tables, pictures and files.
@@ -50,6 +57,8 @@ impl Series {
             Self::Pooled => "pGP",
             Self::TransferBic => "mGP-BIC",
             Self::SharedBic => "mGP-one-K",
+            Self::RigidBody => RigidBodyForm::Alone.name(),
+            Self::RigidBodyAndProcess => RigidBodyForm::WithProcess.name(),
         }
     }
 
@@ -61,6 +70,8 @@ impl Series {
             Self::Pooled => unit.of(MultiModel::Pooled),
             Self::TransferBic => choices.chosen(unit),
             Self::SharedBic => None,
+            Self::RigidBody => unit.of(MultiModel::RigidBody),
+            Self::RigidBodyAndProcess => unit.of(MultiModel::RigidBodyAndProcess),
         }
     }
 }
@@ -199,7 +210,7 @@ impl Curves {
 
 fn values(record: &UnitRecord, choices: &Choices) -> Vec<(CurveKey, f64)> {
     let mut values = Vec::new();
-    for series in Series::ALL {
+    for series in Series::DRAWN {
         let Some(model) = series.record(record, choices) else {
             continue;
         };

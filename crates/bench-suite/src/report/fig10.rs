@@ -18,7 +18,7 @@ const STEP: (f64, f64) = (220.0, 240.0);
 /// Room below the last panel for the axis label, the legend and a remark.
 const BOTTOM: f64 = 128.0;
 /// Width that the title and the legend need at least.
-const MIN_WIDTH: f64 = 840.0;
+const MIN_WIDTH: f64 = 1150.0;
 /// Room between the outermost sizes and the frame.
 const INSET: f64 = 12.0;
 /// Width of a column for a size beyond the chapter's.
@@ -48,6 +48,8 @@ pub(crate) fn pen(series: Series) -> Pen {
         Series::Pooled => ("#009e73", 1.6, Some("8 3 2 3")),
         Series::TransferBic => (INK, 2.2, None),
         Series::SharedBic => ("#cc79a7", 1.6, None),
+        Series::RigidBody => ("#e69f00", 1.6, Some("2 3")),
+        Series::RigidBodyAndProcess => ("#e69f00", 1.6, None),
     };
     Pen {
         colour,
@@ -80,7 +82,7 @@ pub fn draw(curves: &Curves, set: TestSet, scale: Scale) -> Result<Picture, Benc
                 sizes: Sizes::of(curves),
             };
             panel.frame(&mut picture, joint);
-            for series in Series::DRAWN {
+            for series in drawn(scale) {
                 let key = CurveKey {
                     joint,
                     set,
@@ -95,6 +97,15 @@ pub fn draw(curves: &Curves, set: TestSet, scale: Scale) -> Result<Picture, Benc
     row_titles(&mut picture);
     legend(&mut picture, height - 54.0, scale, curves);
     Ok(picture)
+}
+
+/// Lines of a picture: those with a rigid-body model lie on the bottom of the chapter's axes.
+fn drawn(scale: Scale) -> impl Iterator<Item = Series> {
+    let is_drawn = move |series: &Series| match series {
+        Series::RigidBody | Series::RigidBodyAndProcess => scale == Scale::Log,
+        _ => true,
+    };
+    Series::DRAWN.into_iter().filter(is_drawn)
 }
 
 /// A joint's vertical axis, the same for average and median.
@@ -151,8 +162,7 @@ fn legend(picture: &mut Picture, y: f64, scale: Scale, curves: &Curves) {
     let is_drawn = |series: &Series| {
         Series::ALL.contains(series) || curves.0.keys().any(|key| key.series == *series)
     };
-    let drawn = Series::DRAWN.into_iter().filter(is_drawn);
-    for (i, series) in drawn.enumerate() {
+    for (i, series) in drawn(scale).filter(is_drawn).enumerate() {
         let x = LEFT + 150.0 * i as f64;
         let pen = pen(series);
         picture.stroke(vec![(x, y + 14.0), (x + 46.0, y + 14.0)], pen);

@@ -21,7 +21,9 @@ Counted are fits, each under every kind of help that it had:
 - *undefined start*: a start where the likelihood cannot be computed was given up.";
 
 /// Starts that are the chapter's: eq. (22), and the models that stage 3 of A.3 goes on from.
-const CHAPTERS: [&str; 3] = ["eq22", "pGP", "iGP"];
+///
+/// A rigid-body model without a process sets out from its prior.
+const CHAPTERS: [&str; 4] = ["eq22", "pGP", "iGP", "prior"];
 
 /// Counts over a group of fits.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

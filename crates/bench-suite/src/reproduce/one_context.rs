@@ -42,7 +42,8 @@ pub(super) fn report(
         page.list(items, "");
     }
     page.section("Where extrap is less than ten times harder than interp");
-    page.list(&findings::extrap_is_harder(averages), "Nowhere.");
+    let chapters = averages.of_the_chapter();
+    page.list(&findings::extrap_is_harder(&chapters), "Nowhere.");
     about_fits(outcome, page);
     page.section("Every average");
     page.table(&table3::all_averages(averages));
@@ -109,10 +110,11 @@ fn fig07_part(
     files.add("fig07.svg", picture.to_svg());
     page.picture("Hinton diagram of the average nMSE", "fig07.png");
     page.rows("averages.csv", "joint, model, set, n");
+    let chapters = averages.of_the_chapter();
     let claims = [
-        findings::order_claim(averages),
-        findings::extrap_claim(averages),
-        findings::range_claim(averages),
+        findings::order_claim(&chapters),
+        findings::extrap_claim(&chapters),
+        findings::range_claim(&chapters),
     ];
     page.claims(&claims.into_iter().flatten().collect::<Vec<_>>());
     Ok(())

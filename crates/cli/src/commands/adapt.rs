@@ -22,6 +22,10 @@ use crate::spread::{rows_of, spread};
 use crate::table::{self, Table};
 use crate::text_table;
 
+/// Rows that are learned from at most, with the model conditioned on them and without.
+const ROWS: usize = 200;
+const ROWS_OF_ROW_ONLY: usize = 20;
+
 /// Known rows that a search for the new one sets out from, beside least squares.
 const N_NEAREST: usize = 2;
 
@@ -30,9 +34,11 @@ const N_NEAREST: usize = 2;
 /// DATA has the columns of `torque-gp fit`, with a torque for every joint of the model.
 /// In a file with a column `context`, the rows of --context count; in another, all rows do.
 ///
-/// The new context is a new row of Λ, learned for each joint; nothing else of the model changes, and the known
-/// contexts are predicted exactly as before. It takes seconds whatever the model was learned from, and a dozen rows
-/// are often enough; with fewer rows than the rank, the known contexts say what the rows leave open.
+/// The new context is a new row of Λ, learned for each joint, and the model is conditioned on the rows as on those that
+/// it was learned from, which the known contexts profit from, too; hyperparameters stay. It takes seconds whatever the
+/// model was learned from, and a dozen rows are often enough; with fewer rows than the rank, the known contexts say
+/// what the rows leave open.
+/// With --row-only the row of Λ is all that is learned, and the known contexts are predicted exactly as before.
 /// Learning all contexts again with `torque-gp fit` is better once there is much data of the new one.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
@@ -53,10 +59,14 @@ pub struct Args {
     #[arg(long, value_name = "NAME", default_value = "tau")]
     tau_prefix: String,
 
-    /// Rows that are learned from at most, evenly spread; more of them on few trajectories bend the row to what the
-    /// model gets wrong there
-    #[arg(long, value_name = "ROWS", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
-    rows: u32,
+    /// Learn a row of Λ and nothing else: the known contexts are predicted exactly as before, the new one less well
+    #[arg(long)]
+    row_only: bool,
+
+    /// Rows that are learned from at most, evenly spread [default: 200, or 20 with --row-only, since more of them on few
+    /// trajectories bend the row to what the model gets wrong there]
+    #[arg(long, value_name = "ROWS", value_parser = clap::value_parser!(u32).range(1..))]
+    rows: Option<u32>,
 
     /// Model file with the new context
     #[arg(long, value_name = "FILE.tgp")]
@@ -152,17 +162,25 @@ fn warn(file: &str, samples: &Samples, columns: &DataColumns, model: &MultiTaskM
     }
 }
 
-/// Learns the rows of all joints.
+/// Learns the rows of all joints, and unless they are all that is asked for conditions on the torques.
 fn adapt(
     args: &Args,
     model: &MultiTaskModel,
     samples: &Samples,
     file: &str,
 ) -> Result<MultiTaskModel, CliError> {
-    let places = spread(samples.x.nrows(), args.rows as usize);
+    let most = match (args.rows, args.row_only) {
+        (Some(rows), _) => rows as usize,
+        (None, false) => ROWS,
+        (None, true) => ROWS_OF_ROW_ONLY,
+    };
+    let places = spread(samples.x.nrows(), most);
     let x = rows_of(samples.x.as_ref(), &places);
+    let torques_of = |joint: &JointTorques| -> Vec<f64> {
+        places.iter().map(|&row| joint.values[row]).collect()
+    };
     let row_of = |(process, joint): (&TaskProcess, &JointTorques)| -> Result<TaskRow, MtgpError> {
-        let torques: Vec<f64> = places.iter().map(|&row| joint.values[row]).collect();
+        let torques = torques_of(joint);
         let latent = LatentFunctions::new(&process.posterior, x.as_ref())?;
         let new = NewTorques {
             latent: &latent,
@@ -183,8 +201,15 @@ fn adapt(
     }
     let unusable = |cause: MtgpError| columns_error(file, cause.to_string());
     let ranges = TrainingRanges::of(samples.x.as_ref()).map_err(|cause| unusable(cause.into()))?;
-    model
+    let grown = model
         .with_context(&args.context, &rows, ranges)
+        .map_err(unusable)?;
+    if args.row_only {
+        return Ok(grown);
+    }
+    let torques: Vec<Vec<f64>> = samples.torques.iter().map(torques_of).collect();
+    grown
+        .with_samples(&args.context, x.as_ref(), &torques)
         .map_err(unusable)
 }
 

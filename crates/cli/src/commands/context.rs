@@ -1,16 +1,19 @@
 //! `torque-gp context`: which of a model's contexts measured torques come from, row after row and in total.
 
+mod held_out;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use faer::Mat;
 use mtgp::{
-    ContextAnswer, ContextEvidence, ContextPosterior, ContextPrior, ContextTracker,
+    Calibration, ContextAnswer, ContextEvidence, ContextPosterior, ContextPrior, ContextTracker,
     ContextTransition, JointTorques, MtgpError, MultiTaskModel, WithTorqueNoise, context_evidence,
     known_or_unknown,
 };
 use serde::Serialize;
 
+use self::held_out::Trials;
 use crate::context::columns_error;
 use crate::context_prior::PriorArg;
 use crate::error::CliError;
@@ -34,6 +37,8 @@ use crate::text_table;
 /// that change.
 /// "None of these" is the answer if, under every context, torques this far from the model's are less probable than
 /// --level; a model's own variance is often too small where it has no samples, and then it says so too soon.
+/// With --held-out, p-values are ranks among trials of known contexts instead: then it says so no more often than
+/// --level of the time, if motions and rows are like theirs.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Args {
@@ -69,6 +74,11 @@ pub struct Args {
     #[arg(long, value_name = "STD", default_value_t = 0.0, value_parser = not_negative)]
     noise: f64,
 
+    /// Torques of known contexts that the model was not learned from, by the column `context`; each stretch of as many
+    /// rows as DATA has is a trial
+    #[arg(long, value_name = "FILE.csv")]
+    held_out: Option<PathBuf>,
+
     /// Level below which torques are too improbable for a context
     #[arg(long, value_name = "LEVEL", default_value_t = 0.05, value_parser = probability)]
     level: f64,
@@ -89,6 +99,7 @@ const EXAMPLES: &str = "\
 Examples:
   torque-gp context --model loads.tgp --data log.csv
   torque-gp context --model loads.tgp --data log.csv --prior c1=3,c2=1 --json
+  torque-gp context --model loads.tgp --data log.csv --held-out held_out.csv
   torque-gp context --model loads.tgp --data log.csv --switching 0.2 --noise 0.05 --output which.csv
 
 JSON: {\"answer\": \"c3\" or null, \"n_rows\": …, \"n_in_total\": …, \"contexts\": [{\"context\": \"c1\",
@@ -156,7 +167,22 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         .switching
         .map(|_| interval(args, &file, &times))
         .transpose()?;
-    let total = Total::new(args, model, &samples, &prior).map_err(unusable(&file))?;
+    let n_rows = samples.x.nrows();
+    let trials = Trials {
+        learned: &learned,
+        model,
+        tau_prefix: &args.tau_prefix,
+        noise: args.noise,
+        n_rows,
+        n_in_total: spread(n_rows, args.rows as usize).len(),
+        level: args.level,
+    };
+    let held_out = args.held_out.as_ref();
+    let calibration = held_out
+        .map(|path| trials.calibration(path, &whose))
+        .transpose()?;
+    let total = Total::new(args, model, &samples, &prior, calibration.as_ref());
+    let total = total.map_err(unusable(&file))?;
     let rows = follow(args, model, &samples, &prior, interval).map_err(unusable(&file))?;
     if let Some(path) = &args.output {
         write_rows(path, model.contexts(), &rows)?;
@@ -213,24 +239,18 @@ impl Total {
         model: &MultiTaskModel,
         samples: &Samples,
         prior: &ContextPrior,
+        calibration: Option<&Calibration>,
     ) -> Result<Self, MtgpError> {
         let rows = spread(samples.x.nrows(), args.rows as usize);
-        let x: Mat<f64> = rows_of(samples.x.as_ref(), &rows);
-        let models: Vec<WithTorqueNoise<'_>> = (model.learned().iter())
-            .map(|(_, process)| WithTorqueNoise {
-                posterior: &process.posterior,
-                noise_std: args.noise,
-            })
-            .collect();
-        let torques: Vec<Vec<f64>> = (samples.torques.iter())
-            .map(|joint| rows.iter().map(|&row| joint.values[row]).collect())
-            .collect();
-        let joints: Vec<JointTorques<'_>> = (models.iter().zip(&torques))
-            .map(|(model, torques)| JointTorques { model, torques })
-            .collect();
-        let evidence = context_evidence(&joints, x.as_ref())?;
+        let evidence = evidence_of(model, samples, &rows, args.noise)?;
         let posterior = evidence.posterior(prior)?;
-        let p_values = evidence.p_values();
+        let p_values = match calibration {
+            None => evidence.p_values(),
+            Some(calibration) => {
+                let scores = evidence.scores().into_iter();
+                scores.map(|score| calibration.p_value(score)).collect()
+            }
+        };
         Ok(Self {
             answer: known_or_unknown(&posterior, &p_values, args.level)?,
             evidence,
@@ -264,6 +284,29 @@ impl Total {
             rows: rows.into_iter().map(of_row).collect(),
         }
     }
+}
+
+/// Eq. (21) without its prior for some rows together, with noise beyond that of the training data, N·m.
+fn evidence_of(
+    model: &MultiTaskModel,
+    samples: &Samples,
+    rows: &[usize],
+    noise_std: f64,
+) -> Result<ContextEvidence, MtgpError> {
+    let x: Mat<f64> = rows_of(samples.x.as_ref(), rows);
+    let models: Vec<WithTorqueNoise<'_>> = (model.learned().iter())
+        .map(|(_, process)| WithTorqueNoise {
+            posterior: &process.posterior,
+            noise_std,
+        })
+        .collect();
+    let torques: Vec<Vec<f64>> = (samples.torques.iter())
+        .map(|joint| rows.iter().map(|&row| joint.values[row]).collect())
+        .collect();
+    let joints: Vec<JointTorques<'_>> = (models.iter().zip(&torques))
+        .map(|(model, torques)| JointTorques { model, torques })
+        .collect();
+    context_evidence(&joints, x.as_ref())
 }
 
 /// Probabilities after each row.

@@ -96,6 +96,35 @@ impl MultiTaskModel {
         Ok(Self::new(parts)?)
     }
 
+    /// The model conditioned on further torques of a context, with the same hyperparameters.
+    ///
+    /// ```text
+    /// p(f | D, D*),   as if all samples had been conditioned on at once
+    /// ```
+    /// All contexts learn from them; no matrix of the old samples is factorised again. Ranges stay:
+    /// those of a new context's data are given with the context.
+    /// # Shapes
+    /// `x` (k, 3ℓ); `torques` (k,) of every learned joint, in their order, N·m.
+    /// # Errors
+    /// [`MtgpError::UnknownContext`]; [`MtgpError::CountMismatch`] for another number of joints; as for
+    /// [`gp_core::FitPosterior::with_samples`].
+    /// # Source
+    /// Section 5: inference with the grown K^ρ; eqs. (3)–(4).
+    pub fn with_samples(
+        &self,
+        context: &str,
+        x: MatRef<'_, f64>,
+        torques: &[Vec<f64>],
+    ) -> Result<Self, MtgpError> {
+        let task = self.number_of(context)?;
+        require_count("torques of joints", torques.len(), self.learned().len())?;
+        let mut parts = self.parts.clone();
+        for ((_, process), torques) in parts.learned.iter_mut().zip(torques) {
+            *process = process.with_samples(task, x, torques)?;
+        }
+        Ok(Self::new(parts)?)
+    }
+
     /// The model for a loop of 1 kHz: what is dense on many samples goes on a few pivots.
     ///
     /// A joint with more than 512 samples is conditioned again by [`gp_core::FitPosterior::on_pivots`], with an

@@ -76,6 +76,28 @@ impl TaskProcess {
         })
     }
 
+    /// The process conditioned on further torques of a task, with the same hyperparameters.
+    ///
+    /// # Shapes
+    /// `x` (k, 3ℓ); `torques` (k,), N·m.
+    /// # Errors
+    /// As for [`MultiTaskCovariance::rows_of`] and [`FitPosterior::with_samples`].
+    pub(crate) fn with_samples(
+        &self,
+        task: usize,
+        x: MatRef<'_, f64>,
+        torques: &[f64],
+    ) -> Result<Self, MtgpError> {
+        let rows = self.covariance().rows_of(x, task)?;
+        let posterior = self.posterior.with_samples(rows.as_ref(), torques)?;
+        let summary = FitSummary {
+            rank: posterior.rank(),
+            condition_lower_bound: posterior.condition_lower_bound(),
+            ..self.summary.clone()
+        };
+        Ok(Self { posterior, summary })
+    }
+
     /// Posterior means and latent variances of one task, counted from zero.
     ///
     /// # Shapes

@@ -20,7 +20,7 @@ mod switch;
 use self::findings::Results;
 use self::plant::Plant;
 use self::settings::{Settings, trajectory_name};
-use self::source::{NEW_LOAD, Source, Sources};
+use self::source::{Desired, NEW_LOAD, Source, Sources};
 use self::sweep::{Row, Sweep, integration_error};
 use self::switch::Switching;
 use super::bench::Bench;
@@ -138,10 +138,10 @@ fn check_integration(
     };
     let learned = sources.learn(load)?;
     let reference = sources.plant.reference(*id)?;
-    let x = sources.plant.desired(&reference)?;
+    let desired = Desired::of(sources.plant.desired(&reference)?.as_ref());
     let mut largest: f64 = 0.0;
     for source in [Source::Nothing, Source::Lr, Source::Exact] {
-        if let Some(table) = sources.table(source, &learned, x.as_ref())? {
+        if let Some(table) = sources.table(source, &learned, &desired)? {
             let load = (&table, learned.load());
             let error = integration_error(sources.plant, settings, &reference, load)?;
             largest = largest.max(error);

@@ -21,6 +21,8 @@ fn pen(source: Source) -> Pen {
         Source::Gp => ("#009e73", None),
         Source::Igp => ("#cc79a7", None),
         Source::Mgp => ("#0072b2", None),
+        Source::RigidBody => ("#e69f00", None),
+        Source::NoFriction => ("#e69f00", Some("6 4")),
         Source::Exact => ("#000000", Some("2 3")),
     };
     Pen {

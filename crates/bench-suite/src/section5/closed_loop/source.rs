@@ -17,6 +17,9 @@ use crate::cell::ModelKind;
 use crate::error::BenchError;
 use crate::models::Fitted;
 use crate::multi::draw::nested;
+use crate::rigid_body::parameters::Knowledge;
+use crate::rigid_body::rows::States;
+use crate::rigid_body::{JointModel, RigidBodyFit, RigidBodyForm};
 use crate::section5::bench::Bench;
 use crate::section5::trained::Trained;
 use crate::section5::training_set::{SPLIT_SEED, TrainingSet};
@@ -43,19 +46,25 @@ pub enum Source {
     Igp,
     /// mGP of rank 4; for c15, adapted to its samples.
     Mgp,
+    /// rbd+gp of the load's own samples: a rigid-body model with uncertain parameters, and a process.
+    RigidBody,
+    /// The same with a rigid-body model that knows no friction.
+    NoFriction,
     /// The simulated arm itself.
     Exact,
 }
 
 impl Source {
     /// All, in the order of the tables.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Nothing,
         Self::Gravity,
         Self::Lr,
         Self::Gp,
         Self::Igp,
         Self::Mgp,
+        Self::NoFriction,
+        Self::RigidBody,
         Self::Exact,
     ];
 
@@ -68,8 +77,25 @@ impl Source {
             Self::Gp => "GPc",
             Self::Igp => "iGP",
             Self::Mgp => "mGP",
+            Self::RigidBody => "rbd+gp",
+            Self::NoFriction => "rbd¬f+gp",
             Self::Exact => "exact",
         }
+    }
+}
+
+/// Desired states at every tick, with what a rigid-body model makes of them for each joint.
+pub struct Desired(Vec<States>);
+
+impl Desired {
+    /// Of states (n, 18).
+    pub fn of(x: MatRef<'_, f64>) -> Self {
+        Self((1..=N_JOINTS).map(|joint| States::of(joint, x)).collect())
+    }
+
+    /// (n, 18).
+    pub fn x(&self) -> MatRef<'_, f64> {
+        self.0[0].x.as_ref()
     }
 }
 
@@ -123,6 +149,8 @@ pub struct Learned {
     load: usize,
     linear: Vec<Fitted>,
     process: Vec<Fitted>,
+    rigid_body: Vec<RigidBodyFit>,
+    no_friction: Vec<RigidBodyFit>,
     /// For c15, which the mGP does not have.
     adapted: Vec<AdaptedPosterior>,
 }
@@ -156,6 +184,8 @@ impl Sources<'_> {
             load,
             linear: Vec::new(),
             process: Vec::new(),
+            rigid_body: Vec::new(),
+            no_friction: Vec::new(),
             adapted: Vec::new(),
         };
         for joint in 1..=N_JOINTS {
@@ -163,6 +193,13 @@ impl Sources<'_> {
             let fit = |kind| Fitted::fit(kind, x.as_ref(), &torques);
             learned.linear.push(fit(ModelKind::LrCoulomb)?);
             learned.process.push(fit(ModelKind::GpCoulomb)?);
+            let states = States::of(joint, x.as_ref());
+            let informed = |knowledge| {
+                let model = JointModel::of_one_load(joint, knowledge);
+                model.fit(RigidBodyForm::WithProcess, &states, &torques, &[])
+            };
+            learned.rigid_body.push(informed(Knowledge::Nominal)?);
+            learned.no_friction.push(informed(Knowledge::NoFriction)?);
             if load == NEW_LOAD {
                 let process = &self.trained.mgp.learned()[joint - 1].1;
                 let adapted = adapt(process, x.as_ref(), &torques)?;
@@ -172,7 +209,7 @@ impl Sources<'_> {
         Ok(learned)
     }
 
-    /// Torques of a source at the desired states `x`, (n, 18); none if it does not know the load.
+    /// Torques of a source at the desired states; none if it does not know the load.
     ///
     /// # Errors
     /// `Fit`, `MultiTask`, `Dynamics`.
@@ -180,19 +217,25 @@ impl Sources<'_> {
         &self,
         source: Source,
         learned: &Learned,
-        x: MatRef<'_, f64>,
+        desired: &Desired,
     ) -> Result<Option<TorqueTable>, BenchError> {
-        let load = learned.load;
+        let (load, x) = (learned.load, desired.x());
         let scenario = self.plant.scenario();
         let (model, effects) = (scenario.model(), scenario.effects());
         let context = self.plant.context(load)?;
         let of_fits = |fits: &[Fitted]| columns(fits, |fit| fit.predict_mean(x));
+        let informed = |fits: &[RigidBodyFit]| {
+            let joints: Vec<(&RigidBodyFit, &States)> = fits.iter().zip(&desired.0).collect();
+            columns(&joints, |(fit, states)| fit.predict_mean(states))
+        };
         let table = match source {
             Source::Nothing => asked(NoFeedForward, x),
             Source::Gravity => asked(GravityFeedForward::new(model, context), x),
             Source::Exact => asked(ModelFeedForward::new(model, effects, context), x),
             Source::Lr => of_fits(&learned.linear)?,
             Source::Gp => of_fits(&learned.process)?,
+            Source::RigidBody => informed(&learned.rigid_body)?,
+            Source::NoFriction => informed(&learned.no_friction)?,
             Source::Mgp if load == NEW_LOAD => columns(&learned.adapted, |adapted| {
                 Ok(adapted.predict_mean(x, adapted.new_context())?)
             })?,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plant::{Control, Outcome, Plant, Run};
 use super::settings::{Settings, trajectory_name};
-use super::source::{Learned, NEW_LOAD, Source, Sources, TorqueTable};
+use super::source::{Desired, Learned, NEW_LOAD, Source, Sources, TorqueTable};
 use crate::error::BenchError;
 use crate::split::TrajectoryId;
 
@@ -37,7 +37,7 @@ impl Sweep<'_> {
     /// `Fit`, `MultiTask`, `Dynamics`.
     pub fn rows(&self, id: TrajectoryId, learned: &[&Learned]) -> Result<Vec<Row>, BenchError> {
         let reference = self.sources.plant.reference(id)?;
-        let x = self.sources.plant.desired(&reference)?;
+        let desired = Desired::of(self.sources.plant.desired(&reference)?.as_ref());
         let jobs: Vec<(&Learned, Source)> = learned
             .iter()
             .flat_map(|learned| Source::ALL.map(|source| (*learned, source)))
@@ -45,7 +45,7 @@ impl Sweep<'_> {
         let rows: Vec<Vec<Row>> = jobs
             .into_par_iter()
             .map(|(learned, source)| {
-                let table = self.sources.table(source, learned, x.as_ref())?;
+                let table = self.sources.table(source, learned, &desired)?;
                 table.map_or(Ok(Vec::new()), |table| {
                     self.gains(
                         &trajectory_name(id),

@@ -1,6 +1,8 @@
 //! Whether the load is one of the known: a calibrated test, and c15, which no model has seen.
 
-use mtgp::Calibration;
+use std::collections::BTreeMap;
+
+use mtgp::{Calibration, MtgpError, largest_p_value};
 
 use super::confusion::percent;
 use super::settings::Settings;
@@ -17,7 +19,7 @@ const UNKNOWN: usize = 15;
 enum Against {
     /// The trials at places of even number, on all trajectories; those at odd ones are judged.
     SameTrajectories,
-    /// All trials on the other trajectories.
+    /// All trials on the other trajectories, on each of which it has to be unusual.
     OtherTrajectories,
 }
 
@@ -77,17 +79,43 @@ fn alarms(
     let mut alarms = [Alarms::default(); 2];
     for &trajectory in tested {
         let known = trials.iter().filter(|trial| trial.load != UNKNOWN);
-        let scores = known.filter(|trial| against.calibrates(trial, trajectory));
-        let calibration = Calibration::new(scores.map(|trial| surprise(trial)).collect())?;
+        let known = known.filter(|trial| against.calibrates(trial, trajectory));
+        let calibrations = calibrations(known.copied(), against, surprise)?;
         for trial in trials
             .iter()
             .filter(|trial| against.judges(trial, trajectory))
         {
-            let is_alarm = calibration.p_value(surprise(trial)) <= level;
+            let is_alarm = largest_p_value(&calibrations, surprise(trial)) <= level;
             alarms[usize::from(trial.load == UNKNOWN)].count(is_alarm);
         }
     }
     Ok(alarms)
+}
+
+/// Trials at other places of the same trajectories in one calibration, else one for each trajectory.
+///
+/// The loads at one place err alike: a place is a group.
+fn calibrations<'a>(
+    trials: impl Iterator<Item = &'a Trial>,
+    against: Against,
+    surprise: impl Fn(&Trial) -> f64,
+) -> Result<Vec<Calibration>, MtgpError> {
+    type Place = (usize, usize);
+    let mut all: BTreeMap<usize, BTreeMap<Place, Vec<f64>>> = BTreeMap::new();
+    for trial in trials {
+        let first_row = trial.trajectory.rows().start;
+        let calibration = match against {
+            Against::SameTrajectories => 0,
+            Against::OtherTrajectories => first_row,
+        };
+        let places = all.entry(calibration).or_default();
+        let place = places.entry((first_row, trial.place)).or_default();
+        place.push(surprise(trial));
+    }
+    let groups = all
+        .into_values()
+        .map(|places| places.into_values().collect());
+    groups.map(Calibration::of_groups).collect()
 }
 
 /// CSV file and findings.

@@ -1,21 +1,18 @@
 //! Many loads: parameters of links and drives are shared, each load has ten of its own.
 
 use faer::Mat;
-use gp_core::{InformedFit, RegressorSamples, fit_rigid_body, fit_rigid_body_and_process};
-use kernels::{Covariance, TorqueForm};
 use mtgp::TaskProcess;
-use puma_dyn::Scenario;
 
 use super::line::Line;
-use super::one_load::{options, predict};
-use super::parameters::{self, Knowledge};
-use super::rows;
 use crate::error::BenchError;
 use crate::metrics::nmse;
+use crate::rigid_body::parameters::Knowledge;
+use crate::rigid_body::rows::Regressors;
+use crate::rigid_body::{JointModel, RigidBodyForm};
 use crate::section5::bench::Bench;
 use crate::section5::trained::Trained;
 use crate::section5::training_set::{SPLIT_SEED, TrainingSet};
-use crate::split::Split;
+use crate::split::{N_ROWS, Split};
 
 /// Scores of all models of a joint, averaged over the loads.
 ///
@@ -23,6 +20,7 @@ use crate::split::Split;
 /// `Fit`, `MultiTask`, and those of [`nmse`].
 pub fn lines(
     bench: &Bench,
+    regressors: &Regressors<'_>,
     set: &TrainingSet,
     trained: &Trained,
     joint: usize,
@@ -41,32 +39,28 @@ pub fn lines(
     for model in [&trained.mgp, &trained.igp, &trained.pgp] {
         let process = model.learned().iter().find(|(idx, _)| idx + 1 == joint);
         let (_, process) = process.expect("every joint is learned");
-        let scores = test.scores(|task, x, _| predict_task(process, task, x))?;
+        let scores = test.scores(|task, rows| predict_task(process, task, &bench.data.x(rows)))?;
         lines.push(line(process.name(), scores, process.noise_var().sqrt()));
     }
 
     let samples = set.samples(&bench.data)?;
     let targets = samples.targets(&bench.data, joint);
-    let arm = rows::of_arm(&test.scenario, &bench.data, joint, &samples.rows.concat());
-    let regressor = rows::with_loads(&arm, samples.stacked.tasks(), set.n_contexts);
-    let samples = RegressorSamples {
-        x: samples.x.as_ref(),
-        regressor: regressor.as_ref(),
-        targets: &targets,
-    };
+    let loads = samples.stacked.tasks();
+    let states = regressors.states(joint, &samples.rows.concat());
+    let all = regressors.states(joint, &(0..N_ROWS).collect::<Vec<_>>());
     for knowledge in Knowledge::ALL {
-        let model = test.scenario.model();
-        let prior = parameters::of_arm_and_loads(model, knowledge, set.n_contexts);
-        let alone = fit_rigid_body(samples, &prior, &options())?;
-        let name = format!("rbd{}", knowledge.label());
-        let noise_std = alone.fit.posterior.noise_std();
-        lines.push(line(name, test.informed(&alone)?, noise_std));
-
-        let form = TorqueForm::Coulomb;
-        let both = fit_rigid_body_and_process(samples, &prior, form, &options())?;
-        let name = format!("rbd+gp{}", knowledge.label());
-        let noise_std = both.fit.posterior.noise_std();
-        lines.push(line(name, test.informed(&both)?, noise_std));
+        for form in RigidBodyForm::ALL {
+            let model = JointModel::of_loads(joint, knowledge, set.n_contexts);
+            let fit = model.fit(form, &states, &targets, loads)?;
+            let name = format!("{}{}", form.name(), knowledge.label());
+            let means = fit.predict_mean_of_loads(&all)?;
+            let pick = |task: usize, rows: &[usize]| {
+                let of_task = means.col_as_slice(task);
+                Ok(rows.iter().map(|&row| of_task[row]).collect())
+            };
+            let scores = test.scores(pick)?;
+            lines.push(line(name, scores, fit.noise_std()));
+        }
     }
     Ok(lines)
 }
@@ -79,7 +73,6 @@ fn predict_task(process: &TaskProcess, task: usize, x: &Mat<f64>) -> Result<Vec<
 /// Test sets of all loads.
 struct TestSets<'a> {
     bench: &'a Bench,
-    scenario: Scenario,
     joint: usize,
     splits: Vec<Split>,
 }
@@ -89,7 +82,6 @@ impl<'a> TestSets<'a> {
         let loads = 1..=n_loads;
         Self {
             bench,
-            scenario: Scenario::reference(),
             joint,
             splits: loads.map(|load| Split::draw(SPLIT_SEED, load)).collect(),
         }
@@ -98,12 +90,12 @@ impl<'a> TestSets<'a> {
     /// interp and extrap, averaged over the loads, of means at rows of a task.
     fn scores(
         &self,
-        predict: impl Fn(usize, &Mat<f64>, &[usize]) -> Result<Vec<f64>, BenchError>,
+        predict: impl Fn(usize, &[usize]) -> Result<Vec<f64>, BenchError>,
     ) -> Result<[f64; 2], BenchError> {
         let mut sums = [0.0; 2];
         for (task, split) in self.splits.iter().enumerate() {
             let rows = &split.extrap;
-            let means = predict(task, &self.bench.data.x(rows), rows)?;
+            let means = predict(task, rows)?;
             let truth = self.bench.data.torques(task + 1, self.joint, rows);
             let places = split.interp_in_extrap();
             let at = |values: &[f64]| places.iter().map(|&i| values[i]).collect::<Vec<f64>>();
@@ -112,14 +104,5 @@ impl<'a> TestSets<'a> {
             sums[1] += nmse(&means, &truth)? / m;
         }
         Ok(sums)
-    }
-
-    fn informed<C: Covariance>(&self, model: &InformedFit<C>) -> Result<[f64; 2], BenchError> {
-        self.scores(|task, x, rows| {
-            let arm = rows::of_arm(&self.scenario, &self.bench.data, self.joint, rows);
-            let tasks = vec![task; rows.len()];
-            let regressor = rows::with_loads(&arm, &tasks, self.splits.len());
-            Ok(predict(model, x.as_ref(), &regressor)?)
-        })
     }
 }

@@ -7,18 +7,18 @@ mod findings;
 mod line;
 mod many_loads;
 mod one_load;
-mod parameters;
-mod rows;
 
 use serde::Deserialize;
 
 use self::line::Line;
+use super::bench::Bench;
 use super::campaign::Campaign;
 use super::part::Task;
 use super::spec::Section5Experiment;
 use super::training_set::TrainingSet;
 use crate::data_figures::section::Section;
 use crate::error::BenchError;
+use crate::rigid_body::rows::Regressors;
 
 /// Settings of a profile.
 #[derive(Debug, Deserialize)]
@@ -50,10 +50,12 @@ pub fn make(
             Task::new(label, (joint, n)).costing(n)
         }));
     }
-    let one: Option<Vec<Vec<Line>>> =
-        campaign.parts(experiment, &cells, Ok, |bench, &(joint, n)| {
-            one_load::lines(bench, &settings.loads, joint, n)
-        })?;
+    let one: Option<Vec<Vec<Line>>> = campaign.parts(
+        experiment,
+        &cells,
+        with_regressors,
+        |(bench, y), &(joint, n)| one_load::lines(bench, y, &settings.loads, joint, n),
+    )?;
     let set = TrainingSet::of_table_2(settings.n_total);
     let joints = settings.many_joints.iter();
     let joints: Vec<Task<usize>> = joints
@@ -62,8 +64,8 @@ pub fn make(
     let many: Option<Vec<Vec<Line>>> = campaign.parts(
         experiment,
         &joints,
-        |bench| Ok((bench, bench.trained(&set)?)),
-        |(bench, trained), &joint| many_loads::lines(bench, &set, trained, joint),
+        |bench| Ok((with_regressors(bench)?, bench.trained(&set)?)),
+        |((bench, y), trained), &joint| many_loads::lines(bench, y, &set, trained, joint),
     )?;
     let Some((one, many)) = one.zip(many) else {
         return Ok(None);
@@ -72,4 +74,9 @@ pub fn make(
     let mut section = line::section(&lines);
     findings::add(&mut section, &lines);
     Ok(Some(section))
+}
+
+/// The data with the regressor's rows at all states.
+fn with_regressors(bench: &Bench) -> Result<(&Bench, Regressors<'_>), BenchError> {
+    Ok((bench, Regressors::new(&bench.data)))
 }

@@ -3,6 +3,8 @@
 use gp_core::ParameterPrior;
 use puma_dyn::{Context, Effects, Model, N_PARAMETERS, drive_parameters, inertial_parameters};
 
+use super::rows::columns;
+
 /// Standard deviation of a parameter as a part of its size.
 const RELATIVE_STD: f64 = 0.2;
 
@@ -43,7 +45,7 @@ impl Knowledge {
 }
 
 /// The prior of (bodies, drives) in the order of [`puma_dyn::full_regressor`], without a load.
-pub fn of_arm(model: &Model, knowledge: Knowledge) -> ParameterPrior {
+fn of_arm(model: &Model, knowledge: Knowledge) -> ParameterPrior {
     let factor = match knowledge {
         Knowledge::HeavyLinks => 3.0,
         Knowledge::Nominal | Knowledge::NoFriction => 1.0,
@@ -87,14 +89,16 @@ fn order(idx: usize) -> i32 {
 }
 
 /// Standard deviations of what a load adds to the ten parameters of the last link.
-pub fn load_std() -> Vec<f64> {
+fn load_std() -> Vec<f64> {
     (0..N_PARAMETERS)
         .map(|idx| LOAD_MASS_STD * LOAD_ARM.powi(order(idx)))
         .collect()
 }
 
-/// The prior of an arm with one load: its last link may weigh some kilograms more.
-pub fn of_loaded_arm(model: &Model, knowledge: Knowledge) -> ParameterPrior {
+/// The prior of a joint, from 1, of an arm with one load: its last link may weigh some kilograms more.
+///
+/// In the order of [`columns`].
+pub fn of_loaded_arm(model: &Model, joint: usize, knowledge: Knowledge) -> ParameterPrior {
     let mut prior = of_arm(model, knowledge);
     let last = (model.n_joints() - 1) * N_PARAMETERS;
     for (std, load) in prior.std[last..last + N_PARAMETERS]
@@ -103,17 +107,33 @@ pub fn of_loaded_arm(model: &Model, knowledge: Knowledge) -> ParameterPrior {
     {
         *std = std.hypot(load);
     }
-    prior
+    of_joint(&prior, model, joint)
 }
 
-/// The prior of (bodies, drives, load 1, load 2, …).
-pub fn of_arm_and_loads(model: &Model, knowledge: Knowledge, n_loads: usize) -> ParameterPrior {
-    let mut prior = of_arm(model, knowledge);
+/// The prior of a joint, from 1, of an arm with any of several loads.
+///
+/// In the order of [`columns`], then ten parameters for each load.
+pub fn of_arm_and_loads(
+    model: &Model,
+    joint: usize,
+    knowledge: Knowledge,
+    n_loads: usize,
+) -> ParameterPrior {
+    let mut prior = of_joint(&of_arm(model, knowledge), model, joint);
     for _ in 0..n_loads {
         prior.mean.extend([0.0; N_PARAMETERS]);
         prior.std.extend(load_std());
     }
     prior
+}
+
+fn of_joint(prior: &ParameterPrior, model: &Model, joint: usize) -> ParameterPrior {
+    let columns = columns(model.n_joints(), joint);
+    let pick = |values: &[f64]| columns.iter().map(|&column| values[column]).collect();
+    ParameterPrior {
+        mean: pick(&prior.mean),
+        std: pick(&prior.std),
+    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,237 @@
+//! rbd and rbd+gp of one joint: under one load, or under many that share the arm.
+
+use faer::Mat;
+use gp_core::{
+    CovarianceFit, FitOptions, InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess,
+    RigidBodyCovariance, Starts, fit_rigid_body, fit_rigid_body_and_process,
+};
+use kernels::{Covariance, TorqueForm};
+use puma_dyn::{N_PARAMETERS, Scenario};
+
+use super::parameters::{self, Knowledge};
+use super::rows::{self, States};
+use crate::cell::{FitSummary, StartSummary};
+use crate::error::BenchError;
+use crate::models::{method_name, stop_name};
+
+/// Rows that are predicted at a time.
+const BLOCK: usize = 4000;
+
+/// Whether a process stands beside the parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RigidBodyForm {
+    /// rbd.
+    Alone,
+    /// rbd+gp, with GPc's covariance.
+    WithProcess,
+}
+
+impl RigidBodyForm {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Alone, Self::WithProcess];
+
+    /// rbd or rbd+gp.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Alone => "rbd",
+            Self::WithProcess => "rbd+gp",
+        }
+    }
+}
+
+/// What is known of one joint of the arm before any torque is measured.
+#[derive(Debug, Clone)]
+pub struct JointModel {
+    prior: ParameterPrior,
+    /// Loads that have parameters of their own; none where the last link's are those of the one load.
+    n_loads: Option<usize>,
+}
+
+impl JointModel {
+    /// The arm with one load; joint from 1.
+    pub fn of_one_load(joint: usize, knowledge: Knowledge) -> Self {
+        Self {
+            prior: parameters::of_loaded_arm(Scenario::reference().model(), joint, knowledge),
+            n_loads: None,
+        }
+    }
+
+    /// The arm with any of several loads, of which the samples say which.
+    pub fn of_loads(joint: usize, knowledge: Knowledge, n_loads: usize) -> Self {
+        let model = Scenario::reference();
+        Self {
+            prior: parameters::of_arm_and_loads(model.model(), joint, knowledge, n_loads),
+            n_loads: Some(n_loads),
+        }
+    }
+
+    /// Learns it from samples, each under the load of its number, from 0; none where there is one load.
+    ///
+    /// The process is searched for from the start of eq. (22) alone.
+    /// # Shapes
+    /// `states` n of them; `targets` (n,), N·m; `loads` (n,) or empty.
+    /// # Errors
+    /// `Fit`.
+    /// # Panics
+    /// If the loads are not one a sample where there are several, or the states are another joint's.
+    pub fn fit(
+        self,
+        form: RigidBodyForm,
+        states: &States,
+        targets: &[f64],
+        loads: &[usize],
+    ) -> Result<RigidBodyFit, BenchError> {
+        let regressor = self.regressor(&states.arm, loads);
+        let samples = RegressorSamples {
+            x: states.x.as_ref(),
+            regressor: regressor.as_ref(),
+            targets,
+        };
+        let options = FitOptions {
+            starts: Starts::Chapter,
+            ..FitOptions::several()
+        };
+        let (fit, parameters) = match form {
+            RigidBodyForm::Alone => {
+                let fit = fit_rigid_body(samples, &self.prior, &options)?;
+                let parameters = fit.parameter_mean()?;
+                (Informed::Alone(Box::new(fit)), parameters)
+            }
+            RigidBodyForm::WithProcess => {
+                let form = TorqueForm::Coulomb;
+                let fit = fit_rigid_body_and_process(samples, &self.prior, form, &options)?;
+                let parameters = fit.parameter_mean()?;
+                (Informed::WithProcess(Box::new(fit)), parameters)
+            }
+        };
+        let (of_arm, of_loads) = parameters.split_at(states.arm.ncols());
+        Ok(RigidBodyFit {
+            of_arm: of_arm.to_vec(),
+            of_loads: of_loads.to_vec(),
+            n_samples: targets.len(),
+            fit,
+        })
+    }
+
+    fn regressor(&self, arm: &Mat<f64>, loads: &[usize]) -> Mat<f64> {
+        match self.n_loads {
+            None => arm.clone(),
+            Some(n_loads) => rows::with_loads(arm, loads, n_loads),
+        }
+    }
+}
+
+/// A joint's torque, learned.
+pub struct RigidBodyFit {
+    /// Posterior means of the arm's parameters, in the columns of [`rows::columns`].
+    of_arm: Vec<f64>,
+    /// Of what each load adds to the last link's, ten a load; empty where there is one load.
+    of_loads: Vec<f64>,
+    n_samples: usize,
+    fit: Informed,
+}
+
+enum Informed {
+    Alone(Box<InformedFit<RigidBodyCovariance>>),
+    WithProcess(Box<InformedFit<RigidBodyAndProcess>>),
+}
+
+impl RigidBodyFit {
+    /// Torques at states, of the one load, or without any of several, N·m.
+    ///
+    /// ```text
+    /// Y(x) E[π] + E[f(x)]
+    /// ```
+    /// # Errors
+    /// `Fit` if the states are not finite.
+    pub fn predict_mean(&self, states: &States) -> Result<Vec<f64>, BenchError> {
+        let n = states.x.nrows();
+        let mut means = product(&states.arm, 0, &self.of_arm);
+        if let Informed::WithProcess(fit) = &self.fit {
+            for first in (0..n).step_by(BLOCK) {
+                let count = BLOCK.min(n - first);
+                let process = fit.process_mean(states.x.as_ref().subrows(first, count))?;
+                add(&mut means[first..first + count], &process);
+            }
+        }
+        Ok(means)
+    }
+
+    /// Torques at states under each of several loads, (n, m), N·m.
+    ///
+    /// # Errors
+    /// `Fit` if the states are not finite.
+    pub fn predict_mean_of_loads(&self, states: &States) -> Result<Mat<f64>, BenchError> {
+        let without_load = self.predict_mean(states)?;
+        let last = rows::last_link(&states.arm);
+        let mut means = Mat::zeros(states.x.nrows(), self.of_loads.len() / N_PARAMETERS);
+        for (load, parameters) in self.of_loads.chunks_exact(N_PARAMETERS).enumerate() {
+            let of_load = means.col_as_slice_mut(load);
+            of_load.copy_from_slice(&without_load);
+            add(of_load, &product(&states.arm, last, parameters));
+        }
+        Ok(means)
+    }
+
+    /// σ, N·m.
+    pub fn noise_std(&self) -> f64 {
+        match &self.fit {
+            Informed::Alone(fit) => fit.fit.posterior.noise_std(),
+            Informed::WithProcess(fit) => fit.fit.posterior.noise_std(),
+        }
+    }
+
+    /// What the optimiser reported.
+    pub fn summary(&self) -> FitSummary {
+        match &self.fit {
+            Informed::Alone(fit) => summary_of(&fit.fit, "prior", self.n_samples),
+            Informed::WithProcess(fit) => summary_of(&fit.fit, "eq22", self.n_samples),
+        }
+    }
+}
+
+/// Columns of the arm's regressor, from `first` on, times parameters.
+fn product(arm: &Mat<f64>, first: usize, parameters: &[f64]) -> Vec<f64> {
+    let mut torques = vec![0.0; arm.nrows()];
+    for (idx, parameter) in parameters.iter().enumerate() {
+        for (torque, y) in torques.iter_mut().zip(arm.col_as_slice(first + idx)) {
+            *torque += y * parameter;
+        }
+    }
+    torques
+}
+
+fn add(values: &mut [f64], others: &[f64]) {
+    for (value, other) in values.iter_mut().zip(others) {
+        *value += other;
+    }
+}
+
+/// Summary of a fit that set out from a start of the name given.
+fn summary_of<C: Covariance>(fit: &CovarianceFit<C>, name: &str, n_samples: usize) -> FitSummary {
+    let report = &fit.report;
+    let stop = stop_name(report.stop);
+    FitSummary {
+        log_marginal_likelihood: report.log_marginal,
+        start: name.to_string(),
+        stop: stop.to_string(),
+        iterations: report.iterations,
+        evaluations: fit.evaluations,
+        recoveries: report.recoveries,
+        noise_std: fit.posterior.noise_std(),
+        hyperparameters: fit.posterior.covariance().params(),
+        bounds_hit: fit.bounds_hit.clone(),
+        method: method_name(fit.posterior.method()).to_string(),
+        rank: fit.posterior.rank(),
+        error_bound: fit.error_bound,
+        starts: vec![StartSummary {
+            samples: n_samples,
+            name: name.to_string(),
+            log_marginal_likelihood: report.log_marginal,
+            evaluations: report.evaluations,
+            work: report.work,
+            projected_gradient: report.projected_gradient,
+            stop: stop.to_string(),
+        }],
+    }
+}

@@ -1,0 +1,76 @@
+//! Held-out torques of known contexts: what p-values are ranks among.
+
+use std::path::Path;
+
+use mtgp::{Calibration, MtgpError, MultiTaskModel};
+
+use super::evidence_of;
+use crate::context::columns_error;
+use crate::context_column::ContextColumn;
+use crate::error::CliError;
+use crate::model_file::LearnedModel;
+use crate::samples::{DataColumns, Samples};
+use crate::spread::spread;
+use crate::table::Table;
+
+/// How trials are cut from held-out rows, and judged: as the data are.
+pub struct Trials<'a> {
+    pub learned: &'a LearnedModel,
+    pub model: &'a MultiTaskModel,
+    pub tau_prefix: &'a str,
+    /// Standard deviation of noise beyond that of the training data, N·m.
+    pub noise: f64,
+    /// Rows of the data.
+    pub n_rows: usize,
+    /// Rows that the total takes.
+    pub n_in_total: usize,
+    /// The level that p-values are compared with.
+    pub level: f64,
+}
+
+impl Trials<'_> {
+    /// Scores of all trials of a file, each under its own context.
+    ///
+    /// A trial is as many rows in a row of one context as the data have.
+    /// # Errors
+    /// As for data with contexts; too few trials for a p-value to be below the level.
+    pub fn calibration(&self, path: &Path, whose: &str) -> Result<Calibration, CliError> {
+        let table = Table::open(path)?;
+        let file = table.file().to_owned();
+        let header = table.column_names();
+        let known = self.model.contexts();
+        let mut contexts = ContextColumn::of_known(&file, &header, known, whose)?;
+        let (joints, learned) = (self.learned.joints(), self.learned.learned());
+        let columns = DataColumns::of_joints(&table, joints, self.tau_prefix, &learned)?;
+        let samples = columns.read_all(table, &mut contexts)?;
+        let scores = self.scores(&samples, contexts.numbers());
+        let scores = scores.map_err(|error| columns_error(&file, error.to_string()))?;
+        let smallest = 1.0 / (scores.len() + 1) as f64;
+        if smallest >= self.level {
+            let reason = format!(
+                "{} trials of {} rows of one context: their smallest p-value is {smallest:.3}, not below --level {}",
+                scores.len(),
+                self.n_rows,
+                self.level
+            );
+            return Err(columns_error(&file, reason));
+        }
+        Calibration::new(scores).map_err(|error| columns_error(&file, error.to_string()))
+    }
+
+    fn scores(&self, samples: &Samples, contexts: &[usize]) -> Result<Vec<f64>, MtgpError> {
+        let mut scores = Vec::new();
+        let mut first = 0;
+        for run in contexts.chunk_by(|a, b| a == b) {
+            for trial in run.chunks_exact(self.n_rows) {
+                let places = spread(self.n_rows, self.n_in_total);
+                let rows: Vec<usize> = places.iter().map(|row| first + row).collect();
+                let evidence = evidence_of(self.model, samples, &rows, self.noise)?;
+                scores.push(evidence.scores()[trial[0]]);
+                first += self.n_rows;
+            }
+            first += run.len() % self.n_rows;
+        }
+        Ok(scores)
+    }
+}

@@ -1,0 +1,194 @@
+//! A posterior conditioned on further samples, without factorising again what it is conditioned on.
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
+use faer::{Accum, ColMut, Mat, MatRef, Par};
+use kernels::{Covariance, Jitter};
+
+use crate::cholesky::Factor;
+use crate::data::require_training_data;
+use crate::error::GpError;
+use crate::fit_posterior::FitPosterior;
+use crate::low_rank_posterior::{LowRankParts, LowRankPosterior};
+use crate::pivoted::{independent_rows, rows};
+use crate::posterior::Posterior;
+
+impl<C: Covariance + Clone> FitPosterior<C> {
+    /// The posterior given the samples that it has and k more, with the same hyperparameters.
+    ///
+    /// By whichever path it has: O(n²k) for n samples, O(r²k) for r pivots, to which the new inputs
+    /// are added, so that nothing of the new samples is lost beyond rounding.
+    /// # Shapes
+    /// `x` (k, d); `targets` (k,).
+    /// # Errors
+    /// [`GpError::WrongCovariates`]; data that is not finite or does not match; a matrix that is not
+    /// positive definite.
+    /// # Source
+    /// Eqs. (3)–(4), applied to the old samples and then to the new.
+    pub fn with_samples(&self, x: MatRef<'_, f64>, targets: &[f64]) -> Result<Self, GpError> {
+        require_training_data(x, targets, 1)?;
+        let residuals: Vec<f64> = (targets.iter().zip(self.predict_mean(x)?))
+            .map(|(target, mean)| target - mean)
+            .collect();
+        Ok(match self {
+            Self::Dense(posterior) => Self::Dense(on_samples(posterior, x, &residuals)?),
+            Self::LowRank(posterior) => Self::LowRank(on_pivots(posterior, x, &residuals)?),
+        })
+    }
+}
+
+/// By the factor of all samples.
+///
+/// ```text
+/// H = L⁻¹ c(X, X*),   A = c(X*, X*) + σ²I − HᵀH = L_A L_Aᵀ,   α* = A⁻¹(t* − mean(X*))
+/// L′ = [L 0; Hᵀ L_A],   α′ = (α − L⁻ᵀHα*, α*)
+/// ```
+fn on_samples<C: Covariance + Clone>(
+    old: &Posterior<C>,
+    x: MatRef<'_, f64>,
+    residuals: &[f64],
+) -> Result<Posterior<C>, GpError> {
+    let (n, k) = (old.x().nrows(), x.nrows());
+    let covariance = old.covariance();
+    let mut half = covariance.cross(old.x(), x); // H, (n, k)
+    old.factor().half_solve_in_place(half.as_mut());
+    let mut schur = covariance.gram(x);
+    Jitter::new(old.noise_std())?.add_gram(x, schur.as_mut());
+    subtract_gram(&mut schur, &half);
+    let corner = Factor::new(schur)?;
+
+    let new_alpha = corner.solve(residuals);
+    let mut correction = product(half.as_ref(), &new_alpha);
+    let l = old.factor().l();
+    solve_upper_in_place(l.transpose(), &mut correction);
+    let alpha = (old.alpha().iter().zip(correction))
+        .map(|(alpha, part)| alpha - part)
+        .chain(new_alpha.iter().copied());
+
+    let l_new = corner.l();
+    let l_all = Mat::from_fn(n + k, n + k, |row, col| match (row < n, col < n) {
+        _ if col > row => 0.0,
+        (true, _) => l[(row, col)],
+        (false, true) => half[(col, row - n)],
+        (false, false) => l_new[(row - n, col - n)],
+    });
+    Ok(Posterior::from_parts(
+        covariance.clone(),
+        old.noise_std(),
+        stacked(old.x(), x),
+        alpha.collect(),
+        Factor::from_lower(l_all),
+    ))
+}
+
+/// By pivots: the new inputs whose remainder of the prior variance is more than rounding join them.
+///
+/// With a standard normal weight for every entry of φ, and Φ* = L_P⁻¹ c(x_P, X*):
+/// ```text
+/// E = c(X*, X*) − Φ*ᵀΦ*,   L_E L_Eᵀ = E of the new pivots,   Ψ* = L_E⁻¹ E of them with all
+/// L_P′ = [L_P 0; Φ*ᵀ L_E],   Φ′ = (Φ*; Ψ*),   R′ᵀR′ = diag(RᵀR, σ²I) + Φ′Φ′ᵀ
+/// β′ = (β, 0) + L_P′⁻ᵀ (R′ᵀR′)⁻¹ Φ′ (t* − mean(X*))
+/// ```
+fn on_pivots<C: Covariance + Clone>(
+    old: &LowRankPosterior<C>,
+    x: MatRef<'_, f64>,
+    residuals: &[f64],
+) -> Result<LowRankPosterior<C>, GpError> {
+    let (parts, covariance) = (old.parts(), old.covariance());
+    let (r, k) = (old.rank(), x.nrows());
+    let mut phi = covariance.cross(parts.pivots.as_ref(), x); // Φ*, (r, k)
+    solve_lower_triangular_in_place(parts.pivot_factor.as_ref(), phi.as_mut(), Par::Seq);
+    let prior = covariance.gram(x);
+    let largest = (0..k).map(|idx| prior[(idx, idx)]).fold(0.0, f64::max);
+    let mut remainder = prior; // E, (k, k)
+    subtract_gram(&mut remainder, &phi);
+    let chosen = independent_rows(&remainder, largest);
+    let m = chosen.len();
+    let of_chosen = |row: usize, col: usize| remainder[(chosen[row], chosen[col])];
+    let l_e = Factor::new(Mat::from_fn(m, m, of_chosen))?;
+    let mut psi = Mat::from_fn(m, k, |row, col| remainder[(chosen[row], col)]);
+    l_e.half_solve_in_place(psi.as_mut());
+
+    let l = l_e.l();
+    let pivot_factor = Mat::from_fn(r + m, r + m, |row, col| match (row < r, col < r) {
+        _ if col > row => 0.0,
+        (true, _) => parts.pivot_factor[(row, col)],
+        (false, true) => phi[(col, chosen[row - r])],
+        (false, false) => l[(row - r, col - r)],
+    });
+    let features = stacked(phi.as_ref(), psi.as_ref()); // Φ′, (r + m, k)
+    let noise_var = parts.noise_std * parts.noise_std;
+    let noise_factor = renewed(&parts.noise_factor, &features, noise_var)?;
+    let mut correction = product(features.as_ref(), residuals);
+    let half = ColMut::from_slice_mut(&mut correction);
+    noise_factor.solve_in_place(half.as_mat_mut());
+    solve_upper_in_place(pivot_factor.transpose(), &mut correction);
+    let old_weights = parts.weights.iter().copied();
+    let weights = old_weights.chain(std::iter::repeat_n(0.0, m));
+    LowRankPosterior::from_parts(
+        covariance.clone(),
+        LowRankParts {
+            noise_std: parts.noise_std,
+            pivots: stacked(parts.pivots.as_ref(), rows(x, &chosen).as_ref()),
+            pivot_factor,
+            noise_factor: upper(noise_factor.l()),
+            weights: weights.zip(correction).map(|(a, b)| a + b).collect(),
+        },
+    )
+}
+
+/// The factor of diag(RᵀR, σ²I) + Φ′Φ′ᵀ.
+fn renewed(r: &Mat<f64>, features: &Mat<f64>, noise_var: f64) -> Result<Factor, GpError> {
+    let (old, all) = (r.nrows(), features.nrows());
+    let mut gram = Mat::from_fn(
+        all,
+        all,
+        |row, col| {
+            if row == col { noise_var } else { 0.0 }
+        },
+    );
+    let corner = gram.as_mut().submatrix_mut(0, 0, old, old);
+    matmul(corner, Accum::Replace, r.transpose(), r, 1.0, Par::Seq);
+    let (f, ft) = (features.as_ref(), features.transpose());
+    matmul(gram.as_mut(), Accum::Add, f, ft, 1.0, Par::Seq);
+    Factor::new(gram)
+}
+
+/// matrix − halfᵀ half
+fn subtract_gram(matrix: &mut Mat<f64>, half: &Mat<f64>) {
+    let (left, right) = (half.transpose(), half.as_ref());
+    matmul(matrix.as_mut(), Accum::Add, left, right, -1.0, Par::Seq);
+}
+
+fn solve_upper_in_place(upper: MatRef<'_, f64>, vector: &mut [f64]) {
+    let column = ColMut::from_slice_mut(vector).as_mat_mut();
+    solve_upper_triangular_in_place(upper, column, Par::Seq);
+}
+
+fn product(matrix: MatRef<'_, f64>, vector: &[f64]) -> Vec<f64> {
+    let row = |row: usize| {
+        let terms = vector.iter().enumerate();
+        terms.map(|(col, value)| matrix[(row, col)] * value).sum()
+    };
+    (0..matrix.nrows()).map(row).collect()
+}
+
+fn upper(lower: MatRef<'_, f64>) -> Mat<f64> {
+    Mat::from_fn(lower.nrows(), lower.nrows(), |row, col| {
+        if col >= row { lower[(col, row)] } else { 0.0 }
+    })
+}
+
+/// The rows of both, one below the other.
+fn stacked(top: MatRef<'_, f64>, bottom: MatRef<'_, f64>) -> Mat<f64> {
+    let n = top.nrows();
+    Mat::from_fn(n + bottom.nrows(), top.ncols(), |row, col| {
+        if row < n {
+            top[(row, col)]
+        } else {
+            bottom[(row - n, col)]
+        }
+    })
+}
