@@ -96,7 +96,9 @@ impl Shelf {
     fn load(&self, key: &str, joint_idx: usize) -> Option<Trained> {
         let read = |model| {
             let bytes = std::fs::read(self.path(key, joint_idx, model)).ok()?;
-            MultiTaskModel::from_bytes(&bytes).ok()
+            let model = MultiTaskModel::from_bytes(&bytes).ok()?;
+            let joints: Vec<usize> = model.learned().iter().map(|(idx, _)| *idx).collect();
+            (joints == [joint_idx]).then_some(model)
         };
         Some(Trained {
             mgp: read("mgp")?,
