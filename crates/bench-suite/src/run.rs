@@ -198,7 +198,11 @@ pub(crate) fn longest_first<W: Work>(work: &[W]) -> Vec<usize> {
 }
 
 /// A pool of `n_threads` threads, 0 for one a core.
+///
+/// Decompositions that faer would share out among the threads of a pool stay on one from here on: how it divides
+/// them moves their last bits.
 pub(crate) fn thread_pool(n_threads: usize) -> Result<rayon::ThreadPool, BenchError> {
+    faer::set_global_parallelism(faer::Par::Seq);
     rayon::ThreadPoolBuilder::new()
         .num_threads(n_threads)
         .build()

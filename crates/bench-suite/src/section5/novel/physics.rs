@@ -151,4 +151,20 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn threads_do_not_change_the_parameters() {
+        let data = DataSet::simulate(&BTreeSet::from([15])).unwrap();
+        let seen: Vec<usize> = (0..200).map(|i| 24_000 + 17 * i).collect();
+        let regression = LoadRegression::new(data.x(&seen).as_ref());
+        let torques: Vec<Vec<f64>> = (1..=N_JOINTS)
+            .map(|joint| data.torques(15, joint, &seen))
+            .collect();
+        let bits = |n_threads| -> Vec<u64> {
+            let pool = crate::run::thread_pool(n_threads).unwrap();
+            let parameters = pool.install(|| regression.parameters(&torques, 0.0));
+            parameters.unwrap().iter().map(|v| v.to_bits()).collect()
+        };
+        assert_eq!(bits(1), bits(2));
+    }
 }
