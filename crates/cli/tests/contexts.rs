@@ -97,6 +97,13 @@ fn a_rank_is_chosen_and_every_context_predicted_as_the_library_does() {
 }
 
 #[test]
+fn a_long_fit_says_what_it_is_at() {
+    let fit = |count| folder(count).run(&format!("{FIT} igp"));
+    assert!(fit(171).contains("note: joint1, 513 samples: iGP …"));
+    assert!(!fit(12).contains("iGP …"));
+}
+
+#[test]
 fn evaluation_is_by_context_and_on_average() {
     let folder = folder(12);
     folder.run(&format!("{FIT} mgp --rank 2"));

@@ -11,7 +11,8 @@ use crate::fit_report::StartReport;
 use crate::init::StartKind;
 use crate::log_marginal::LogMarginal;
 use crate::nested::{spread_rows, stage_sizes, subset};
-use crate::search::{SearchEnd, highest, no_usable_start, refine, search, search_near};
+use crate::search::{SearchEnd, refine, search, search_near};
+use crate::search_ends::{highest, no_usable_start};
 
 /// A function of any covariance, learned.
 #[derive(Debug, Clone)]

@@ -12,7 +12,8 @@ use crate::fit_report::{FitReport, StageReport, StartReport};
 use crate::init::{StartKind, StartPoint, chapter_start, varied_start};
 use crate::log_marginal::LogMarginal;
 use crate::nested::{spread_rows, stage_sizes, subset};
-use crate::search::{SearchEnd, highest, no_usable_start, refine, search_on};
+use crate::search::{SearchEnd, refine, search_on};
+use crate::search_ends::{highest, no_usable_start};
 
 /// From where the search sets out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

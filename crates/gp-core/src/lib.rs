@@ -29,6 +29,7 @@ mod posterior;
 mod rigid_body_fit;
 pub mod sampling;
 mod search;
+mod search_ends;
 mod search_metric;
 mod tiled;
 
@@ -58,5 +59,6 @@ pub use rigid_body_fit::{
     InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess, RigidBodyCovariance,
     fit_informed, fit_rigid_body, fit_rigid_body_and_process,
 };
-pub use search::{Likelihood, SearchEnd, highest, no_usable_start, refine, search, search_near};
+pub use search::{Likelihood, SearchEnd, refine, search, search_near};
+pub use search_ends::{highest, no_usable_start};
 pub use search_metric::{add_prior_information, information};

@@ -1,7 +1,6 @@
 //! The search for the highest likelihood from one start, for any covariance.
 
 use std::cell::{Cell, RefCell};
-use std::mem::discriminant;
 
 use faer::MatRef;
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance};
@@ -95,12 +94,12 @@ pub struct SearchEnd<C> {
     /// −log p with its gradient, in unconstrained coordinates; `None` before the first evaluation.
     known: Option<Known>,
     /// Why the start has no likelihood; `None` if it has one.
-    failure: Option<GpError>,
+    pub(crate) failure: Option<GpError>,
 }
 
 impl<C: Covariance> SearchEnd<C> {
     /// A search that has not begun.
-    fn at(covariance: C, noise_std: f64, kind: StartKind) -> Self {
+    pub(crate) fn at(covariance: C, noise_std: f64, kind: StartKind) -> Self {
         Self {
             covariance,
             noise_std,
@@ -167,27 +166,6 @@ impl<C: Covariance> SearchEnd<C> {
         report.recoveries += round.recoveries;
         report.projected_gradient = round.projected_gradient;
         report.stop = round.stop;
-    }
-}
-
-/// Index of the highest finite likelihood; the earliest of equals.
-pub fn highest<C>(ends: &[SearchEnd<C>]) -> Option<usize> {
-    let value = |idx: usize| ends[idx].report.log_marginal;
-    (0..ends.len())
-        .filter(|&idx| value(idx).is_finite())
-        .reduce(|best, idx| if value(idx) > value(best) { idx } else { best })
-}
-
-/// The error of a search none of whose ends has a likelihood, with the reason if all have the same.
-pub fn no_usable_start<C>(ends: &[SearchEnd<C>]) -> GpError {
-    let failures: Option<Vec<&GpError>> = ends.iter().map(|end| end.failure.as_ref()).collect();
-    let failures = failures.unwrap_or_default();
-    let are_alike =
-        (failures.windows(2)).all(|pair| discriminant(pair[0]) == discriminant(pair[1]));
-    let first = failures.first().filter(|_| are_alike);
-    GpError::NoUsableStart {
-        n_starts: ends.len(),
-        reason: first.map(|&failure| Box::new(failure.clone())),
     }
 }
 
@@ -504,32 +482,4 @@ fn with_noise<C: Covariance>(covariance: &C, noise_std: f64) -> Vec<f64> {
 pub(crate) fn split_noise(theta: &[f64]) -> (&[f64], f64) {
     let (noise_std, of_covariance) = theta.split_last().expect("σ is the last hyperparameter");
     (of_covariance, *noise_std)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use kernels::Constant;
-
-    #[test]
-    fn a_reason_is_given_where_all_starts_have_the_same() {
-        let failed = |failure: GpError| SearchEnd {
-            failure: Some(failure),
-            ..SearchEnd::at(Constant::new(1.0).unwrap(), 0.1, StartKind::Given)
-        };
-        let not_finite = |n_samples| GpError::NonFiniteLikelihood { n_samples };
-        let alike = [failed(not_finite(3)), failed(not_finite(4))];
-        let (n_starts, first) = (2, Box::new(not_finite(3)));
-        let expected = GpError::NoUsableStart {
-            n_starts,
-            reason: Some(first),
-        };
-        assert_eq!(no_usable_start(&alike), expected);
-
-        let other = GpError::BadNoise { value: 0.0 };
-        let unlike = [failed(not_finite(3)), failed(other)];
-        let reason = None;
-        let expected = GpError::NoUsableStart { n_starts, reason };
-        assert_eq!(no_usable_start(&unlike), expected);
-    }
 }

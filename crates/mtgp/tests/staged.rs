@@ -6,7 +6,7 @@ use kernels::Covariance;
 use mtgp::{
     Criterion, MtgpError, MultiTaskCovariance, MultiTaskOptions, Origin, RankCandidate, RankCounts,
     Stacked, StageOne, TaskCovariance, TaskFactor, TaskFit, choose_rank, fit_independent,
-    fit_pooled, fit_rank, fit_separate, rank_part,
+    fit_pooled, fit_rank, fit_ranks_telling, fit_separate, rank_part,
 };
 
 use crate::icm_draws::{Draw, four_tasks_of_rank_two};
@@ -340,4 +340,28 @@ fn samples_of_a_part_are_those_of_all_and_of_every_task() {
     }
     let (single, _) = draw.data.spread(1).unwrap();
     assert_eq!(single.counts(), [1, 1, 1, 1]);
+}
+
+#[test]
+fn every_round_of_searches_is_told_before_it_begins() {
+    let draw = four_tasks_of_rank_two(11, 94);
+    let options = MultiTaskOptions {
+        screening: 1,
+        max_evaluations: 2,
+        ..MultiTaskOptions::several()
+    };
+    let (data, targets) = (&draw.data, &draw.targets);
+    let stage_one = StageOne::new(data, targets, &options).unwrap();
+    let told = |options| {
+        let mut told = Vec::new();
+        let mut tell = |n_samples| told.push(n_samples);
+        fit_ranks_telling(data, targets, &[1, 2], &stage_one, options, &mut tell).unwrap();
+        told
+    };
+    assert_eq!(told(&options), [280, 376]);
+    let whole = MultiTaskOptions {
+        max_evaluations: 2,
+        ..MultiTaskOptions::chapter()
+    };
+    assert_eq!(told(&whole), [376]);
 }
