@@ -26,7 +26,8 @@ const UNHEARD: f64 = 1e-8;
 /// In entries of Λ the same knowledge is a narrow curved ridge, along which whole columns grow or turn.
 /// # Source
 /// Pourahmadi 1999, "Joint mean-covariance models with applications to longitudinal data": the
-/// modified Cholesky decomposition; eq. (20) regresses on learned contexts in the same way.
+/// modified Cholesky decomposition; Petkos & Vijayakumar, whom the chapter compares itself with, regress
+/// on learned contexts in the same way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaskRegression {
     /// Tasks in the order of the regressions.
