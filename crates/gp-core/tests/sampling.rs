@@ -3,7 +3,7 @@
 use faer::mat;
 use gp_core::sampling::{
     Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, LogDensity,
-    effective_sample_size, normal_quantile, sample_chain, split_r_hat,
+    effective_sample_size, normal_quantile, sample_chain, sample_chains, split_r_hat,
 };
 use gp_core::{GpError, LikelihoodOptions, LogMarginal};
 use kernels::LinearArd;
@@ -273,12 +273,14 @@ fn chains_in_the_coordinates_of_the_maximum_draw_from_the_same_posterior() {
             }
         }
     }
-    let sample = |k| laplace.sample_chain(&mut toy(&x, &TARGETS), 2.0, &OPTIONS, 7, k);
-    let chains: Vec<Chain> = (0..4).map(|k| sample(k).unwrap()).collect();
+    let sample = || sample_chains(|| toy(&x, &TARGETS), &laplace, &OPTIONS, 4, 7).unwrap();
+    let chains = sample();
     let cases: [(Quantity, f64); 2] =
         [(|z| z[0], sums[1] / sums[0]), (|z| z[1], sums[2] / sums[0])];
     assert_means(&chains, &cases);
-    assert_eq!(chains[1], sample(1).unwrap());
+    assert_eq!(chains, sample());
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    assert_eq!(chains, alone.unwrap().install(sample));
 }
 
 #[test]
@@ -305,4 +307,110 @@ fn information_is_that_of_data_and_prior() {
             "{place:?} {error:e}"
         );
     }
+}
+
+/// A normal density about a point.
+struct Normal {
+    centre: Vec<f64>,
+    precision: faer::Mat<f64>,
+}
+
+impl Normal {
+    /// Every two neighbours have the correlation ρ: a stationary autoregressive sequence.
+    ///
+    /// Its precision has (1 + ρ²)/(1 − ρ²) on the diagonal, 1/(1 − ρ²) at both ends, −ρ/(1 − ρ²) beside it.
+    fn sequence(d: usize, rho: f64) -> Self {
+        let entry = |row: usize, col: usize| match row.abs_diff(col) {
+            0 if row == 0 || row == d - 1 => 1.0,
+            0 => 1.0 + rho * rho,
+            1 => -rho,
+            _ => 0.0,
+        };
+        let scale = 1.0 / (1.0 - rho * rho);
+        Self {
+            centre: vec![3.0; d],
+            precision: faer::Mat::from_fn(d, d, |row, col| scale * entry(row, col)),
+        }
+    }
+}
+
+impl LogDensity for Normal {
+    fn dimension(&self) -> usize {
+        self.centre.len()
+    }
+
+    fn evaluate(&mut self, z: &[f64], gradient: &mut [f64]) -> Result<f64, GpError> {
+        let d = z.len();
+        let mut value = 0.0;
+        for row in 0..d {
+            gradient[row] = -(0..d)
+                .map(|col| self.precision[(row, col)] * (z[col] - self.centre[col]))
+                .sum::<f64>();
+            value += 0.5 * gradient[row] * (z[row] - self.centre[row]);
+        }
+        Ok(value)
+    }
+}
+
+#[test]
+fn correlations_of_0_999_are_learned_while_the_chains_warm_up() {
+    let density = || Normal::sequence(20, 0.999);
+    let start = Laplace::about(vec![3.0; 20], faer::Mat::identity(20, 20).as_ref()).unwrap();
+    let options = ChainOptions {
+        n_warmup: 400,
+        n_draws: 500,
+        ..OPTIONS
+    };
+    let chains = sample_chains(density, &start, &options, 4, 3).unwrap();
+    let cases: [(Quantity, f64); 4] = [
+        (|z| z[0], 3.0),
+        (|z| (z[0] - 3.0).powi(2), 1.0),
+        (|z| (z[0] - 3.0) * (z[1] - 3.0), 0.999),
+        (|z| (z[0] - z[19]).powi(2), 2.0 - 2.0 * 0.999_f64.powi(19)),
+    ];
+    assert_means(&chains, &cases);
+    for chain in &chains {
+        // In the coordinates of the start, trajectories of 2⁶ steps would not reach the other end.
+        assert_eq!((chain.n_divergences, chain.n_longest), (0, 0));
+        assert!(chain.n_evaluations < 20 * 900, "{}", chain.n_evaluations);
+    }
+}
+
+/// Neal's funnel (2003, "Slice sampling", sec. 8), less deep: v and three x.
+struct Funnel;
+
+impl LogDensity for Funnel {
+    fn dimension(&self) -> usize {
+        4
+    }
+
+    /// v ~ N(0, 1), x_i ~ N(0, eᵛ).
+    fn evaluate(&mut self, z: &[f64], gradient: &mut [f64]) -> Result<f64, GpError> {
+        let squares: f64 = z[1..].iter().map(|x| x * x).sum();
+        let precision = (-z[0]).exp();
+        gradient[0] = -z[0] - 1.5 + 0.5 * precision * squares;
+        for (slope, x) in gradient[1..].iter_mut().zip(&z[1..]) {
+            *slope = -precision * x;
+        }
+        Ok(-0.5 * z[0] * z[0] - 1.5 * z[0] - 0.5 * precision * squares)
+    }
+}
+
+#[test]
+fn both_ends_of_a_funnel_are_visited() {
+    let start = Laplace::about(vec![0.0; 4], faer::Mat::identity(4, 4).as_ref()).unwrap();
+    let options = ChainOptions {
+        target_acceptance: 0.95,
+        ..OPTIONS
+    };
+    let chains = sample_chains(|| Funnel, &start, &options, 4, 5).unwrap();
+    // E x² = E eᵛ = e^½.
+    let cases: [(Quantity, f64); 3] = [
+        (|z| z[0], 0.0),
+        (|z| z[0] * z[0], 1.0),
+        (|z| z[1] * z[1] * (-z[0]).exp(), 1.0),
+    ];
+    assert_means(&chains, &cases);
+    let lowest = columns(&chains, |z| z[0]).concat();
+    assert!(lowest.iter().copied().fold(0.0, f64::min) < -2.5);
 }

@@ -40,7 +40,7 @@ pub fn rank_part(k: MatRef<'_, f64>, rank: usize, by: RankPart) -> Result<TaskFa
     }
     let root = match by {
         RankPart::Eigenpairs => top_eigenpairs(k, rank),
-        RankPart::IncompleteCholesky => pivoted_columns(k, rank),
+        RankPart::IncompleteCholesky => pivoted_columns(k, rank).0,
     };
     TaskFactor::from_root(root.as_ref())
 }
@@ -58,11 +58,14 @@ pub(crate) fn top_eigenpairs(k: MatRef<'_, f64>, rank: usize) -> Mat<f64> {
     })
 }
 
-/// The first r columns of the pivoted Cholesky factor, (m, r), rows in their own order.
-fn pivoted_columns(k: MatRef<'_, f64>, rank: usize) -> Mat<f64> {
+/// The first r columns of the pivoted Cholesky factor, (m, r), rows in their own order, and the pivots.
+///
+/// Where nothing is left to factorise, further columns are zero and have no pivot.
+pub(crate) fn pivoted_columns(k: MatRef<'_, f64>, rank: usize) -> (Mat<f64>, Vec<usize>) {
     let order = k.nrows();
     let symmetric = |a: usize, b: usize| k[(a.max(b), a.min(b))];
     let mut factor = Mat::<f64>::zeros(order, rank);
+    let mut pivots = Vec::new();
     let mut residual: Vec<f64> = (0..order).map(|idx| k[(idx, idx)]).collect();
     let largest = residual.iter().copied().fold(0.0, f64::max);
     for col in 0..rank {
@@ -78,6 +81,7 @@ fn pivoted_columns(k: MatRef<'_, f64>, rank: usize) -> Mat<f64> {
         if residual[pivot] <= noise {
             break;
         }
+        pivots.push(pivot);
         let root = residual[pivot].sqrt();
         for row in 0..order {
             let known: f64 = (0..col)
@@ -88,7 +92,7 @@ fn pivoted_columns(k: MatRef<'_, f64>, rank: usize) -> Mat<f64> {
         }
         residual[pivot] = 0.0;
     }
-    factor
+    (factor, pivots)
 }
 
 #[cfg(test)]

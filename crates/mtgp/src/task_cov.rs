@@ -4,6 +4,7 @@ use faer::{Mat, MatRef};
 use kernels::{ParamLayout, Transform};
 
 use crate::error::MtgpError;
+use crate::task_regression::TaskRegression;
 
 /// The factor Λ of K^ρ = ΛΛᵀ: lower triangular with its columns cut off at the rank.
 ///
@@ -162,6 +163,8 @@ pub enum TaskCovariance {
     },
     /// K^ρ = ΛΛᵀ with Λ to be learned (mGP).
     Factor(TaskFactor),
+    /// The same K^ρ in other coordinates, for chains that draw from its posterior.
+    Regression(TaskRegression),
 }
 
 impl TaskCovariance {
@@ -170,6 +173,7 @@ impl TaskCovariance {
         match self {
             Self::Identity { n_tasks } | Self::Ones { n_tasks } => *n_tasks,
             Self::Factor(factor) => factor.n_tasks(),
+            Self::Regression(regression) => regression.n_tasks(),
         }
     }
 
@@ -179,6 +183,7 @@ impl TaskCovariance {
             Self::Identity { n_tasks } => *n_tasks,
             Self::Ones { .. } => 1,
             Self::Factor(factor) => factor.rank(),
+            Self::Regression(regression) => regression.rank(),
         }
     }
 
@@ -194,6 +199,10 @@ impl TaskCovariance {
                         .map(|k| lambda[(row, k)] * lambda[(col, k)])
                         .sum()
                 })
+            }
+            Self::Regression(regression) => {
+                let root = regression.root();
+                &root * root.transpose()
             }
         }
     }
@@ -213,19 +222,23 @@ impl TaskCovariance {
         })
     }
 
-    /// Number of free entries of Λ; none for the fixed kinds.
+    /// Number of free entries of Λ, or of numbers of the regressions; none for the fixed kinds.
     pub fn n_params(&self) -> usize {
         match self {
             Self::Identity { .. } | Self::Ones { .. } => 0,
             Self::Factor(factor) => TaskFactor::count(factor.n_tasks(), factor.rank()),
+            Self::Regression(regression) => {
+                TaskFactor::count(regression.n_tasks(), regression.rank()) - 1
+            }
         }
     }
 
-    /// The free entries, row by row.
+    /// The free entries, row by row; or s_2 to s_r and then the coefficients of the regressions.
     pub fn params(&self) -> Vec<f64> {
         match self {
             Self::Identity { .. } | Self::Ones { .. } => Vec::new(),
             Self::Factor(factor) => factor.entries(),
+            Self::Regression(regression) => regression.params(),
         }
     }
 
@@ -235,11 +248,15 @@ impl TaskCovariance {
     /// If the count is not [`TaskCovariance::n_params`].
     pub fn set_params(&mut self, entries: &[f64]) {
         assert_eq!(entries.len(), self.n_params());
-        if let Self::Factor(factor) = self {
-            let places = free_entries(factor.n_tasks(), factor.rank());
-            for ((row, col), value) in places.zip(entries) {
-                factor.lambda[(row, col)] = *value;
+        match self {
+            Self::Identity { .. } | Self::Ones { .. } => {}
+            Self::Factor(factor) => {
+                let places = free_entries(factor.n_tasks(), factor.rank());
+                for ((row, col), value) in places.zip(entries) {
+                    factor.lambda[(row, col)] = *value;
+                }
             }
+            Self::Regression(regression) => regression.set_params(entries),
         }
     }
 
@@ -254,6 +271,7 @@ impl TaskCovariance {
                     scale: factor.scale,
                 },
             ),
+            Self::Regression(regression) => regression.layout(),
         }
     }
 
@@ -271,11 +289,18 @@ impl TaskCovariance {
         let n_tasks = self.n_tasks();
         assert_eq!((weights.nrows(), weights.ncols()), (n_tasks, n_tasks));
         assert_eq!(gradient.len(), self.n_params());
-        if let Self::Factor(factor) = self {
-            let product = (weights + weights.transpose()) * factor.lambda(); // (m, r)
-            let places = free_entries(n_tasks, factor.rank());
-            for ((row, col), slope) in places.zip(gradient) {
-                *slope += product[(row, col)];
+        let symmetric = weights + weights.transpose();
+        match self {
+            Self::Identity { .. } | Self::Ones { .. } => {}
+            Self::Factor(factor) => {
+                let product = symmetric * factor.lambda(); // (m, r)
+                let places = free_entries(n_tasks, factor.rank());
+                for ((row, col), slope) in places.zip(gradient) {
+                    *slope += product[(row, col)];
+                }
+            }
+            Self::Regression(regression) => {
+                regression.add_adjoint(symmetric.as_ref(), gradient);
             }
         }
     }

@@ -273,7 +273,7 @@ impl TaskFit {
     pub(crate) fn task_factor(&self) -> Option<&TaskFactor> {
         match self.covariance().task() {
             TaskCovariance::Factor(factor) => Some(factor),
-            TaskCovariance::Identity { .. } | TaskCovariance::Ones { .. } => None,
+            _ => None,
         }
     }
 

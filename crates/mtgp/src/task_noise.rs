@@ -210,6 +210,7 @@ fn factor_of(task: &TaskCovariance) -> Result<TaskFactor, MtgpError> {
         TaskCovariance::Identity { n_tasks } => TaskFactor::new(Mat::identity(*n_tasks, *n_tasks)),
         TaskCovariance::Ones { n_tasks } => TaskFactor::new(Mat::full(*n_tasks, 1, 1.0)),
         TaskCovariance::Factor(factor) => Ok(factor.clone()),
+        TaskCovariance::Regression(regression) => Ok(regression.factor()),
     }
 }
 

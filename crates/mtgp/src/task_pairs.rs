@@ -12,12 +12,17 @@
 use std::ops::Range;
 
 use faer::{Mat, MatRef};
-use kernels::{Covariance, Crew, TorqueCovariance};
+use kernels::{Covariance, Crew, TorqueCovariance, for_each_column};
+
+use crate::runs::{Runs, TaskTable};
 
 /// Samples of one task that are worked on together.
 ///
 /// Few enough that a pair of such stretches is done by one thread.
 const LONGEST: usize = 256;
+
+/// Mean number of samples of a task below which a pair of tasks is too little work for its own gradient.
+const FEW: usize = 64;
 
 /// ∂S/∂θ^x, and T, in whose entries the gradient of S with respect to K^ρ is had.
 pub(crate) struct PairSums {
@@ -69,6 +74,9 @@ pub(crate) fn gram_sums(
     (x, tasks): (MatRef<'_, f64>, &[usize]),
     adjoint: MatRef<'_, f64>,
 ) -> PairSums {
+    if tasks.len() < FEW * k_task.nrows() {
+        return PairSums::of_whole(input, k_task, (x, tasks), adjoint);
+    }
     let stretches = Stretch::of(x, tasks);
     let parts = Crew::at_hand(tasks.len()).map((0..stretches.len()).collect(), |idx| {
         let mut part = PairSums::zeros(input, k_task);
@@ -92,6 +100,40 @@ pub(crate) fn gram_sums(
 }
 
 impl PairSums {
+    /// The sums by their definitions, with two matrices of the size of Q: c^x is computed twice, but all at once.
+    fn of_whole(
+        input: &TorqueCovariance,
+        k_task: MatRef<'_, f64>,
+        (x, tasks): (MatRef<'_, f64>, &[usize]),
+        adjoint: MatRef<'_, f64>,
+    ) -> Self {
+        let n = tasks.len();
+        let runs = Runs::new(tasks);
+        let mut of_input = vec![0.0; input.n_params()];
+        let mut weighted = Mat::zeros(n, n); // Q ∘ K^ρ
+        for_each_column(adjoint, |col, q| {
+            let weights = k_task.col(tasks[col]).try_as_col_major();
+            let weights = weights.expect("columns of a Mat are contiguous").as_slice();
+            let target = &mut weighted.col_as_slice_mut(col)[col..];
+            runs.add_weighted(col, weights, &q[col..], target);
+        });
+        input.gram_adjoint(x, weighted.as_ref(), &mut of_input);
+
+        weighted.fill(0.0);
+        input.add_gram(x, weighted.as_mut());
+        let mut table = TaskTable::new(k_task.nrows());
+        for_each_column(adjoint, |col, q| {
+            let values = weighted.col_as_slice_mut(col);
+            // What is below the diagonal stands for both triangles.
+            values[col] *= 0.5;
+            table.add(&runs, col, tasks[col], &q[col..], &values[col..]);
+        });
+        Self {
+            of_input,
+            of_tasks: table.sums() * 2.0,
+        }
+    }
+
     fn zeros(input: &TorqueCovariance, k_task: MatRef<'_, f64>) -> Self {
         Self {
             of_input: vec![0.0; input.n_params()],
@@ -177,12 +219,11 @@ mod tests {
         let backwards: Vec<usize> = sorted.iter().map(|task| 1 - task).collect();
         let mixed: Vec<usize> = (0..N).map(|row| (row / 3) % M).collect();
         for tasks in [sorted, backwards, mixed] {
-            let sums = gram_sums(
-                &input,
-                k_task.as_ref(),
-                (x.as_ref(), &tasks),
-                lower.as_ref(),
-            );
+            let (data, k_task) = ((x.as_ref(), tasks.as_slice()), k_task.as_ref());
+            let both = [
+                gram_sums(&input, k_task, data, lower.as_ref()),
+                PairSums::of_whole(&input, k_task, data, lower.as_ref()),
+            ];
 
             let k_x = input.gram(x.as_ref());
             let mut of_tasks = Mat::<f64>::zeros(M, M);
@@ -199,13 +240,15 @@ mod tests {
             // N² terms of size 4/N, rounded at random.
             let tolerance = 64.0 * f64::EPSILON * 4.0 * N as f64;
             let symmetric = |m: &Mat<f64>, a: usize, b: usize| m[(a, b)] + m[(b, a)];
-            for (a, b) in [(0, 0), (0, 1), (1, 1)] {
-                let (found, expected) =
-                    (symmetric(&sums.of_tasks, a, b), symmetric(&of_tasks, a, b));
-                assert!((found - expected).abs() <= tolerance, "{found} {expected}");
-            }
-            for (found, expected) in sums.of_input.iter().zip(&of_input) {
-                assert!((found - expected).abs() <= tolerance, "{found} {expected}");
+            for sums in both {
+                for (a, b) in [(0, 0), (0, 1), (1, 1)] {
+                    let (found, expected) =
+                        (symmetric(&sums.of_tasks, a, b), symmetric(&of_tasks, a, b));
+                    assert!((found - expected).abs() <= tolerance, "{found} {expected}");
+                }
+                for (found, expected) in sums.of_input.iter().zip(&of_input) {
+                    assert!((found - expected).abs() <= tolerance, "{found} {expected}");
+                }
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use kernels::{Covariance, TorqueCovariance, TorqueForm, TorqueParams};
-use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
+use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor, TaskRegression, with_task};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -65,6 +65,11 @@ fn factor(rng: &mut ChaCha8Rng, rank: usize) -> TaskCovariance {
     TaskCovariance::Factor(TaskFactor::from_entries(M, rank, &entries).unwrap())
 }
 
+fn regression(rng: &mut ChaCha8Rng, rank: usize) -> TaskCovariance {
+    let k_task = factor(rng, rank).k_task();
+    TaskCovariance::Regression(TaskRegression::of(k_task.as_ref(), rank).unwrap().0)
+}
+
 fn all(rng: &mut ChaCha8Rng) -> Vec<(&'static str, MultiTaskCovariance)> {
     let tasks = vec![
         ("identity", TaskCovariance::Identity { n_tasks: M }),
@@ -72,6 +77,8 @@ fn all(rng: &mut ChaCha8Rng) -> Vec<(&'static str, MultiTaskCovariance)> {
         ("rank 1", factor(rng, 1)),
         ("rank 3", factor(rng, 3)),
         ("full rank", factor(rng, M)),
+        ("regressions", regression(rng, 3)),
+        ("regressions on one", regression(rng, 1)),
     ];
     tasks
         .into_iter()
@@ -80,6 +87,8 @@ fn all(rng: &mut ChaCha8Rng) -> Vec<(&'static str, MultiTaskCovariance)> {
             TorqueForm::Coulomb,
             TorqueForm::Smooth,
             TorqueForm::Coulomb,
+            TorqueForm::Coulomb,
+            TorqueForm::Smooth,
             TorqueForm::Coulomb,
         ])
         .map(|((name, task), form)| (name, MultiTaskCovariance::new(input(rng, form), task)))

@@ -36,5 +36,6 @@ mod shared_factor;
 mod staged;
 mod task_noise;
 mod task_prior;
+mod task_regression;
 mod textbook;
 mod unknown_context;

@@ -4,11 +4,10 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use gp_core::sampling::{
-    Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, sample_chain,
+    Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, sample_chains,
 };
 use gp_core::{FitOptions, GpError, LogMarginal, chapter_start};
 use kernels::{Covariance, TorqueForm};
-use rayon::prelude::*;
 
 use crate::data_args::DataArgs;
 use crate::error::CliError;
@@ -47,7 +46,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=64))]
     chains: u16,
 
-    /// Draws of each chain that are dropped while step size and metric are adapted
+    /// Draws of each chain that are dropped while step size and coordinates are adapted, in stages
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
     warmup: u32,
 
@@ -147,12 +146,9 @@ impl<'a> Posterior<'a> {
             max_depth: args.max_depth,
             ..ChainOptions::default()
         };
-        let chain = |number: u16| {
-            let seed = args.seed;
-            let mut density = self.density();
-            sample_chain(&mut density, &self.start, &options, seed, u64::from(number))
-        };
-        (0..args.chains).into_par_iter().map(chain).collect()
+        let laplace = Laplace::climb(&mut self.density(), &self.start)?;
+        let n_chains = u64::from(args.chains);
+        sample_chains(|| self.density(), &laplace, &options, n_chains, args.seed)
     }
 
     fn density(&self) -> HyperPosterior<kernels::TorqueCovariance, LogMarginal<'_>> {

@@ -1,14 +1,11 @@
 //! The normal density at a posterior's maximum: where chains set out from, and their coordinates.
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use kernels::Covariance;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 
+use super::frame::Frame;
 use super::hyper_posterior::HyperPosterior;
 use super::log_density::LogDensity;
-use super::normal::normal_quantile;
-use super::nuts::{Chain, ChainOptions, sample_chain};
 use crate::error::GpError;
 use crate::optimize::{Metric, MinimizeOptions, Objective, Scaled, minimize};
 use crate::search::Likelihood;
@@ -24,17 +21,13 @@ const CLIMB: MinimizeOptions = MinimizeOptions {
     max_recoveries: 2,
 };
 
-/// Times that a start without a density is drawn nearer to the maximum by half.
-const RETREATS: usize = 20;
-
 /// A posterior's maximum and the information there.
 ///
 /// ```text
 /// p(z | X, t) ≈ N(z; ẑ, G⁻¹),   G = F(ẑ) + diag(1/s²),   z = ẑ + L⁻ᵀ y,   G = LLᵀ
 /// ```
-/// In the coordinates y, all directions have about the scale of their standard deviation, and a
-/// chain takes a few long steps where it would take many short ones in z.
-/// The draws are those of the posterior whatever G is; it only sets their price.
+/// In the coordinates y, all directions have about the scale of their standard deviation at the maximum:
+/// what [`crate::sampling::sample_chains`] begins with.
 /// # Source
 /// Rasmussen & Williams 2006, sec. 5.5.1; Girolami & Calderhead 2011 for F as a metric of chains.
 pub struct Laplace {
@@ -81,6 +74,19 @@ impl Laplace {
         })
     }
 
+    /// The normal density of a given centre and information, of whose height nothing is known.
+    ///
+    /// `None` unless the information is positive definite.
+    /// # Shapes
+    /// `information` (d, d), of which the lower triangle is read.
+    pub fn about(centre: Vec<f64>, information: MatRef<'_, f64>) -> Option<Self> {
+        Some(Self {
+            metric: Metric::new(information)?,
+            log_density: f64::NAN,
+            mode: centre,
+        })
+    }
+
     /// ẑ.
     pub fn mode(&self) -> &[f64] {
         &self.mode
@@ -91,65 +97,10 @@ impl Laplace {
         self.log_density
     }
 
-    /// z of y.
-    pub fn outer(&self, y: &[f64]) -> Vec<f64> {
-        let step = self.metric.step(y);
-        self.mode.iter().zip(step).map(|(z, s)| z + s).collect()
+    /// The coordinates y.
+    pub(crate) fn frame(&self) -> Frame {
+        Frame::new(self.mode.clone(), |y| self.metric.step(y))
     }
-
-    /// A chain in the coordinates y, from a start of its own; its draws are of z.
-    ///
-    /// The start is a draw of N(ẑ, spread² G⁻¹), half as far away as often as it takes for the
-    /// density to have a value there.
-    /// # Errors
-    /// As for [`sample_chain`].
-    /// # Panics
-    /// If the density is of another dimension.
-    pub fn sample_chain(
-        &self,
-        density: &mut impl LogDensity,
-        spread: f64,
-        options: &ChainOptions,
-        seed: u64,
-        chain: u64,
-    ) -> Result<Chain, GpError> {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ START_STREAM);
-        rng.set_stream(chain);
-        let mut y: Vec<f64> = (0..self.mode.len())
-            .map(|_| spread * normal(&mut rng))
-            .collect();
-        let mut whitened = Whitened {
-            density,
-            laplace: self,
-        };
-        let mut gradient = vec![0.0; y.len()];
-        for _ in 0..RETREATS {
-            if whitened.evaluate(&y, &mut gradient).is_ok() {
-                break;
-            }
-            for y in &mut y {
-                *y *= 0.5;
-            }
-        }
-        let mut chain = sample_chain(&mut whitened, &y, options, seed, chain)?;
-        for row in 0..chain.draws.nrows() {
-            let y: Vec<f64> = chain.draws.row(row).iter().copied().collect();
-            for (col, z) in self.outer(&y).into_iter().enumerate() {
-                chain.draws[(row, col)] = z;
-            }
-        }
-        Ok(chain)
-    }
-}
-
-/// Keeps the streams of starts apart from those of chains.
-const START_STREAM: u64 = 0x5354_4152_5453;
-
-/// A standard normal number.
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    // 53 bits in the middles of their intervals: never 0 or 1.
-    let uniform = ((rng.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
-    normal_quantile(uniform)
 }
 
 fn metric<C: Covariance + Clone, L: Likelihood<C>>(
@@ -177,23 +128,5 @@ impl<D: LogDensity> Objective for Negative<'_, D> {
             *slope = -*slope;
         }
         -value
-    }
-}
-
-/// A density in the coordinates y.
-struct Whitened<'a, D> {
-    density: &'a mut D,
-    laplace: &'a Laplace,
-}
-
-impl<D: LogDensity> LogDensity for Whitened<'_, D> {
-    fn dimension(&self) -> usize {
-        self.laplace.mode.len()
-    }
-
-    fn evaluate(&mut self, y: &[f64], gradient: &mut [f64]) -> Result<f64, GpError> {
-        let value = (self.density).evaluate(&self.laplace.outer(y), gradient)?;
-        self.laplace.metric.pull_back(gradient);
-        Ok(value)
     }
 }

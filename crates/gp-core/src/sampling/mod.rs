@@ -8,6 +8,8 @@
 //! models".
 
 mod chain_summary;
+mod chains;
+mod frame;
 mod gaussian_mixture;
 mod hyper_posterior;
 mod laplace;
@@ -16,6 +18,7 @@ mod normal;
 mod nuts;
 
 pub use chain_summary::{ChainSummary, effective_sample_size, split_r_hat};
+pub use chains::sample_chains;
 pub use gaussian_mixture::GaussianMixture;
 pub use hyper_posterior::{HyperPosterior, HyperPrior};
 pub use laplace::Laplace;

@@ -130,10 +130,15 @@ impl TaskRecord {
         match task {
             TaskCovariance::Identity { .. } => Self::Identity,
             TaskCovariance::Ones { .. } => Self::Ones,
-            TaskCovariance::Factor(factor) => Self::Factor {
-                rank: factor.rank(),
-                entries: factor.entries(),
-            },
+            TaskCovariance::Factor(factor) => Self::of_factor(factor),
+            TaskCovariance::Regression(regression) => Self::of_factor(&regression.factor()),
+        }
+    }
+
+    fn of_factor(factor: &TaskFactor) -> Self {
+        Self::Factor {
+            rank: factor.rank(),
+            entries: factor.entries(),
         }
     }
 

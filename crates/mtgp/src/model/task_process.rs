@@ -43,7 +43,7 @@ impl TaskProcess {
         match self.covariance().task() {
             TaskCovariance::Identity { .. } => "iGP".to_owned(),
             TaskCovariance::Ones { .. } => "pGP".to_owned(),
-            TaskCovariance::Factor(factor) => format!("mGP-{}", factor.rank()),
+            task => format!("mGP-{}", task.rank()),
         }
     }
 

@@ -2,11 +2,11 @@
 
 use gp_core::sampling::{
     Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, LogDensity,
+    sample_chains,
 };
 use gp_core::{FitPosterior, LikelihoodOptions, LogMarginal, chapter_start};
-use kernels::{Component, Covariance, ParamSpec, TorqueForm};
+use kernels::{Covariance, TorqueForm};
 use mtgp::{MultiTaskCovariance, Stacked, TaskProcess};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{Settings, row_of};
@@ -14,9 +14,6 @@ use crate::error::BenchError;
 
 /// Seed of the chains; a joint and a chain number make a stream of it.
 const SEED: u64 = 2008;
-
-/// Starts of chains: their standard deviation in that of the normal density at the maximum.
-const SPREAD: f64 = 1.0;
 
 /// The chains of one joint and what they say of themselves.
 pub struct Drawn {
@@ -34,7 +31,7 @@ pub struct Diagnostics {
     pub known: Agreement,
     /// Correlations between loads.
     pub correlations: Agreement,
-    /// Every coordinate, with the columns of Λ turned so that its diagonal is positive.
+    /// Every coordinate: logarithms of θ^x, σ and the new parts s of the regressions, and their coefficients.
     pub coordinates: Agreement,
     /// Over all chains.
     pub n_divergences: usize,
@@ -43,6 +40,9 @@ pub struct Diagnostics {
 }
 
 /// Draws from the posterior of the hyperparameters of a point estimate's process.
+///
+/// K^ρ is drawn as regressions of the loads on one another, in the order that the point estimate's
+/// K^ρ gives them: see [`mtgp::TaskRegression`].
 ///
 /// # Errors
 /// `Fit` if a chain cannot begin or go on.
@@ -53,7 +53,7 @@ pub fn draw(
     settings: &Settings,
     joint: usize,
 ) -> Result<Drawn, BenchError> {
-    let covariance = point.covariance().clone();
+    let covariance = point.covariance().with_regression()?;
     let prior = prior(data, targets, &covariance)?;
     let mut theta = covariance.params();
     theta.push(point.noise_var().sqrt());
@@ -62,7 +62,7 @@ pub fn draw(
         n_warmup: settings.n_warmup,
         n_draws: settings.n_draws,
         max_depth: settings.max_depth,
-        ..ChainOptions::default()
+        target_acceptance: settings.target_acceptance,
     };
     let posterior = || {
         let likelihood = LogMarginal::new(data.inputs(), targets, LikelihoodOptions::dense());
@@ -70,10 +70,7 @@ pub fn draw(
     };
     let seed = SEED + joint as u64;
     let laplace = Laplace::climb(&mut posterior(), &start)?;
-    let chains: Vec<Chain> = (0..settings.n_chains)
-        .into_par_iter()
-        .map(|k| laplace.sample_chain(&mut posterior(), SPREAD, &options, seed, k))
-        .collect::<Result<_, _>>()?;
+    let chains = sample_chains(posterior, &laplace, &options, settings.n_chains, seed)?;
     let [known, correlations, coordinates] = agreements(&chains, &mut posterior(), &covariance);
     Ok(Drawn {
         diagnostics: Diagnostics {
@@ -89,14 +86,16 @@ pub fn draw(
     })
 }
 
-/// Weak priors about eq. (22) on the pooled data.
+/// Weak priors about eq. (22) on the pooled data, which c^x of the first load resembles; K^ρ about I.
 fn prior(
     data: &Stacked,
     targets: &[f64],
     covariance: &MultiTaskCovariance,
 ) -> Result<HyperPrior, BenchError> {
     let moments = chapter_start(data.covariates(), targets, TorqueForm::Coulomb)?;
-    let centre = MultiTaskCovariance::new(moments.covariance, covariance.task().clone());
+    let mut task = covariance.task().clone();
+    task.set_params(&vec![1.0; task.n_params()]);
+    let centre = MultiTaskCovariance::new(moments.covariance, task);
     Ok(HyperPrior::about(&centre, moments.noise_std)?)
 }
 
@@ -154,16 +153,7 @@ fn quantities(
     let below = (1..correlations.nrows()).flat_map(|row| (0..row).map(move |col| (row, col)));
     let correlations = below.map(|place| correlations[place]).collect();
 
-    let specs = posterior.prior().layout().specs();
-    let entry = |row, col| {
-        let is_it = |spec: &ParamSpec| spec.component == Component::Entry(row, col);
-        specs.iter().position(is_it).map_or(1.0, |idx| z[idx])
-    };
-    let turned = specs.iter().zip(z).map(|(spec, z)| match spec.component {
-        Component::Entry(_, col) => z * entry(col, col).signum(),
-        _ => *z,
-    });
-    [known, correlations, turned.collect()]
+    [known, correlations, z.to_vec()]
 }
 
 /// Of the log density, log σ and log(v² tr K^ρ); of correlations; of coordinates.

@@ -36,6 +36,7 @@ struct Settings {
     n_warmup: usize,
     n_draws: usize,
     max_depth: u32,
+    target_acceptance: f64,
     n_mixture: usize,
     n_test: usize,
 }
