@@ -1,23 +1,12 @@
 //! What is known of an arm's parameters before any torque is measured.
 
 use gp_core::ParameterPrior;
-use puma_dyn::{Context, Effects, Model, N_PARAMETERS, drive_parameters, inertial_parameters};
+use puma_dyn::{
+    Context, Effects, Model, N_DRIVE_PARAMETERS, N_PARAMETERS, ParameterSpread, drive_parameters,
+    inertial_parameters,
+};
 
 use super::rows::columns;
-
-/// Standard deviation of a parameter as a part of its size.
-const RELATIVE_STD: f64 = 0.2;
-
-/// m: arms of first and second moments that a nominal zero may hide.
-const ARM: f64 = 0.1;
-
-/// kg: mass of a link whose table leaves it out.
-const LEAST_MASS: f64 = 1.0;
-
-/// Standard deviations of a load's mass (kg), its distance from the last joint (m): those of uniform
-/// numbers up to 3 kg and 0.2 m about zero, roughly.
-const LOAD_MASS_STD: f64 = 1.7;
-const LOAD_ARM: f64 = 0.15;
 
 /// What the model of the arm gets right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,47 +41,14 @@ fn of_arm(model: &Model, knowledge: Knowledge) -> ParameterPrior {
     };
     let bodies = inertial_parameters(model, &Context::empty());
     let mut mean: Vec<f64> = bodies.iter().map(|value| factor * value).collect();
-    let mut std: Vec<f64> = (mean.chunks_exact(N_PARAMETERS))
-        .flat_map(|of_link| stds(of_link, of_link[0].abs().max(LEAST_MASS), ARM))
-        .collect();
-    for (idx, value) in drive_parameters(model, Effects::ALL)
-        .into_iter()
-        .enumerate()
-    {
-        let is_rotor = idx % puma_dyn::N_DRIVE_PARAMETERS == 0;
+    let drives = drive_parameters(model, Effects::ALL);
+    mean.extend(drives.into_iter().enumerate().map(|(idx, value)| {
+        let is_rotor = idx % N_DRIVE_PARAMETERS == 0;
         let is_known = is_rotor || knowledge != Knowledge::NoFriction;
-        mean.push(if is_known { value } else { 0.0 });
-        std.push(if is_known {
-            RELATIVE_STD * value.abs()
-        } else {
-            0.0
-        });
-    }
+        if is_known { value } else { 0.0 }
+    }));
+    let std = ParameterSpread::default().std(&mean);
     ParameterPrior { mean, std }
-}
-
-/// A fifth of every number, or of mass · armᵖ where that is more.
-fn stds(of_link: &[f64], mass: f64, arm: f64) -> Vec<f64> {
-    let size = |idx: usize| of_link[idx].abs().max(mass * arm.powi(order(idx)));
-    (0..N_PARAMETERS)
-        .map(|idx| RELATIVE_STD * size(idx))
-        .collect()
-}
-
-/// 0 for the mass, 1 for its first moments, 2 for its second.
-fn order(idx: usize) -> i32 {
-    match idx {
-        0 => 0,
-        1..4 => 1,
-        _ => 2,
-    }
-}
-
-/// Standard deviations of what a load adds to the ten parameters of the last link.
-fn load_std() -> Vec<f64> {
-    (0..N_PARAMETERS)
-        .map(|idx| LOAD_MASS_STD * LOAD_ARM.powi(order(idx)))
-        .collect()
 }
 
 /// The prior of a joint, from 1, of an arm with one load: its last link may weigh some kilograms more.
@@ -100,13 +56,7 @@ fn load_std() -> Vec<f64> {
 /// In the order of [`columns`].
 pub fn of_loaded_arm(model: &Model, joint: usize, knowledge: Knowledge) -> ParameterPrior {
     let mut prior = of_arm(model, knowledge);
-    let last = (model.n_joints() - 1) * N_PARAMETERS;
-    for (std, load) in prior.std[last..last + N_PARAMETERS]
-        .iter_mut()
-        .zip(load_std())
-    {
-        *std = std.hypot(load);
-    }
+    prior.std = ParameterSpread::default().std_with_load(&prior.mean);
     of_joint(&prior, model, joint)
 }
 
@@ -122,7 +72,7 @@ pub fn of_arm_and_loads(
     let mut prior = of_joint(&of_arm(model, knowledge), model, joint);
     for _ in 0..n_loads {
         prior.mean.extend([0.0; N_PARAMETERS]);
-        prior.std.extend(load_std());
+        prior.std.extend(ParameterSpread::default().load_std());
     }
     prior
 }
@@ -170,7 +120,7 @@ mod tests {
     #[test]
     fn loads_of_the_scenario_are_within_three_standard_deviations() {
         let scenario = Scenario::reference();
-        let std = load_std();
+        let std = ParameterSpread::default().load_std();
         for load in 0..15 {
             let payload = scenario.payload(load);
             assert!(payload.mass() <= 3.0 * std[0], "{}", payload.mass());

@@ -79,16 +79,14 @@ impl Shelf {
         let mut joints: Vec<(usize, Trained)> = (places.collect::<Vec<_>>().into_par_iter())
             .map(|joint_idx| {
                 let kept = (self.reuse != Reuse::Scratch).then(|| self.load(&key, joint_idx));
-                let trained = match kept.flatten() {
-                    Some(trained) => trained,
-                    None => {
-                        self.save(&key, joint_idx, &fit(set, &samples, data, joint_idx + 1)?)?;
-                        // As a later run will find it: logarithms that a file does not hold can differ in the last bit.
-                        self.load(&key, joint_idx).ok_or_else(|| {
-                            BenchError::malformed(&self.dir, "a model cannot be read back")
-                        })?
-                    }
-                };
+                if let Some(trained) = kept.flatten() {
+                    return Ok((joint_idx, trained));
+                }
+                self.save(&key, joint_idx, &fit(set, &samples, data, joint_idx + 1)?)?;
+                // As a later run will find it: logarithms that a file does not hold can differ in the last bit.
+                let trained = self.load(&key, joint_idx).ok_or_else(|| {
+                    BenchError::malformed(&self.dir, "a model cannot be read back")
+                })?;
                 Ok((joint_idx, trained))
             })
             .collect::<Result<_, BenchError>>()?;

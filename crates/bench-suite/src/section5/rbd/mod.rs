@@ -53,7 +53,7 @@ pub fn make(
     let one: Option<Vec<Vec<Line>>> = campaign.parts(
         experiment,
         &cells,
-        with_regressors,
+        |bench| Ok(with_regressors(bench)),
         |(bench, y), &(joint, n)| one_load::lines(bench, y, &settings.loads, joint, n),
     )?;
     let set = TrainingSet::of_table_2(settings.n_total);
@@ -64,7 +64,7 @@ pub fn make(
     let many: Option<Vec<Vec<Line>>> = campaign.parts(
         experiment,
         &joints,
-        |bench| Ok((with_regressors(bench)?, bench.trained(&set)?)),
+        |bench| Ok((with_regressors(bench), bench.trained(&set)?)),
         |((bench, y), trained), &joint| many_loads::lines(bench, y, &set, trained, joint),
     )?;
     let Some((one, many)) = one.zip(many) else {
@@ -77,6 +77,6 @@ pub fn make(
 }
 
 /// The data with the regressor's rows at all states.
-fn with_regressors(bench: &Bench) -> Result<(&Bench, Regressors<'_>), BenchError> {
-    Ok((bench, Regressors::new(&bench.data)))
+fn with_regressors(bench: &Bench) -> (&Bench, Regressors<'_>) {
+    (bench, Regressors::new(&bench.data))
 }
