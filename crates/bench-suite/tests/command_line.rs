@@ -292,7 +292,7 @@ fn list_names_experiments_and_profiles() {
         "{text}"
     );
     assert!(
-        text.contains("full   96 units: 14 contexts, joints [1, 2, 3, 4, 5, 6], n [280, 364,"),
+        text.contains("full   97 units: 14 contexts, joints [1, 2, 3, 4, 5, 6], n [280, 364,"),
         "{text}"
     );
 }

@@ -347,8 +347,8 @@ mod tests {
         let error = TorqueModel::from_bytes(&of_kind(1)).unwrap_err();
         let expected = "model file holds a model of several contexts, not a model of one context";
         assert_eq!(error.to_string(), expected);
-        let error = ModelFileKind::of(&of_kind(2)).unwrap_err();
-        assert_eq!(error, ModelFileError::malformed("kind 2 of model"));
+        let error = ModelFileKind::of(&of_kind(3)).unwrap_err();
+        assert_eq!(error, ModelFileError::malformed("kind 3 of model"));
         let kind = ModelFileKind::of(&of_kind(0));
         assert_eq!(kind, Ok(ModelFileKind::OneContext));
     }
