@@ -57,6 +57,18 @@ impl Folder {
         stderr(&output)
     }
 
+    /// nMSE of every joint of a model on data, in order, and standard error.
+    pub fn evaluate(&self, model: &str, data: &str) -> (Vec<f64>, String) {
+        let arguments = format!("evaluate --model {model} --data {data} --json");
+        let output = self.command(&arguments).output().unwrap();
+        let said = stderr(&output);
+        assert!(output.status.success(), "{said}");
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let joints = json["joints"].as_array().unwrap().iter();
+        let errors = joints.map(|joint| joint["nmse"].as_f64().unwrap());
+        (errors.collect(), said)
+    }
+
     /// Runs and expects status 2, nothing on standard output, no new or changed file; returns the message.
     pub fn refuse(&self, arguments: &str) -> String {
         let before: Vec<_> = self

@@ -1,7 +1,5 @@
 //! The recorded motions of a real arm: what docs/REAL_ROBOT.md says of them.
 
-use serde_json::Value;
-
 use crate::command::Folder;
 
 const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures");
@@ -12,18 +10,10 @@ fn errors(folder: &Folder, model: &str, options: &str) -> Vec<f64> {
     folder.run(&format!(
         "fit --data {data}/train.csv --model {model} {options} --output {model}.tgp"
     ));
-    let evaluate = format!("evaluate --model {model}.tgp --data {data}/test.csv --json");
-    let output = folder.command(&evaluate).output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(
-        said.contains("outside the range of the training data"),
-        "{said}"
-    );
-    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let joints = json["joints"].as_array().unwrap();
-    (joints.iter())
-        .map(|joint| joint["nmse"].as_f64().unwrap())
-        .collect()
+    let (errors, said) = folder.evaluate(&format!("{model}.tgp"), &format!("{data}/test.csv"));
+    let doubt = "outside the range of the training data";
+    assert!(said.contains(doubt), "{said}");
+    errors
 }
 
 #[test]

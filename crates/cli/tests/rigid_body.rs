@@ -2,8 +2,6 @@
 
 use std::fmt::Write;
 
-use serde_json::Value;
-
 use crate::command::{Folder, column};
 use crate::puma_samples::folder;
 
@@ -36,14 +34,7 @@ fn pendulum_rows(load: f64) -> String {
 
 /// nMSE of every joint of `test.csv`, in order.
 fn errors(folder: &Folder, model: &str) -> Vec<f64> {
-    let arguments = format!("evaluate --model {model} --data test.csv --json");
-    let output = folder.command(&arguments).output().unwrap();
-    assert!(output.status.success());
-    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let joints = json["joints"].as_array().unwrap();
-    (joints.iter())
-        .map(|joint| joint["nmse"].as_f64().unwrap())
-        .collect()
+    folder.evaluate(model, "test.csv").0
 }
 
 #[test]

@@ -101,7 +101,7 @@ impl RegressorSamples<'_> {
 }
 
 /// Rows (x, Y).
-pub(crate) fn rows(x: MatRef<'_, f64>, regressor: MatRef<'_, f64>) -> Mat<f64> {
+fn rows(x: MatRef<'_, f64>, regressor: MatRef<'_, f64>) -> Mat<f64> {
     assert_eq!(x.nrows(), regressor.nrows(), "one row of Y per input");
     let d = x.ncols();
     Mat::from_fn(x.nrows(), d + regressor.ncols(), |row, col| {
@@ -150,11 +150,21 @@ impl<C: Covariance> InformedFit<C> {
         x: MatRef<'_, f64>,
         regressor: MatRef<'_, f64>,
     ) -> Result<Prediction, GpError> {
-        let expected = self.prior.torques(regressor)?;
-        let mut prediction = (self.fit.posterior).predict(rows(x, regressor).as_ref())?;
-        prediction.mean = add(prediction.mean, &expected);
-        Ok(prediction)
+        predict(&self.prior, &self.fit.posterior, x, regressor)
     }
+}
+
+/// Means and latent variances of the torque, from the posterior of its deviation from Yπ₀.
+pub(crate) fn predict<C: Covariance>(
+    prior: &ParameterPrior,
+    posterior: &FitPosterior<C>,
+    x: MatRef<'_, f64>,
+    regressor: MatRef<'_, f64>,
+) -> Result<Prediction, GpError> {
+    let expected = prior.torques(regressor)?;
+    let mut prediction = posterior.predict(rows(x, regressor).as_ref())?;
+    prediction.mean = add(prediction.mean, &expected);
+    Ok(prediction)
 }
 
 impl InformedFit<RigidBodyCovariance> {

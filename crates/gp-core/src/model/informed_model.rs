@@ -15,7 +15,7 @@ use crate::model::matrix_record::{malformed, require_values};
 use crate::model::process_record::{ParamsRecord, PosteriorRecord, SummaryRecord};
 use crate::posterior::Prediction;
 use crate::rigid_body_fit::{
-    InformedFit, ParameterPrior, RigidBodyAndProcess, RigidBodyCovariance, rows,
+    InformedFit, ParameterPrior, RigidBodyAndProcess, RigidBodyCovariance, predict,
 };
 
 /// A torque that is linear in parameters of known prior, alone or with a process on what they leave.
@@ -90,16 +90,10 @@ impl InformedModel {
         x: MatRef<'_, f64>,
         regressor: MatRef<'_, f64>,
     ) -> Result<Prediction, GpError> {
-        let expected = self.prior.torques(regressor)?;
-        let rows = rows(x, regressor);
-        let mut prediction = match &self.process {
-            InformedProcess::Parameters(p) => p.predict(rows.as_ref()),
-            InformedProcess::AndRemainder(p) => p.predict(rows.as_ref()),
-        }?;
-        for (mean, expected) in prediction.mean.iter_mut().zip(expected) {
-            *mean += expected;
+        match &self.process {
+            InformedProcess::Parameters(p) => predict(&self.prior, p, x, regressor),
+            InformedProcess::AndRemainder(p) => predict(&self.prior, p, x, regressor),
         }
-        Ok(prediction)
     }
 }
 
