@@ -249,6 +249,9 @@ fn section5_part(
     files: &mut Files,
 ) -> Findings {
     let mut found = Findings::new();
+    if !sections.is_empty() {
+        page.part("What the chapter proposes and does not run (sections 1, 3.2 and 5)");
+    }
     for (experiment, section) in sections {
         section5::page::write(page, experiment, section);
         for (name, contents) in &section.files {
