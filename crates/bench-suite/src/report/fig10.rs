@@ -262,13 +262,13 @@ impl Panel<'_> {
         };
         picture.stroke(vec![(edge, self.y), (edge, bottom)], rule);
         picture.line((x, self.y), (x, bottom));
-        picture.text(
-            x,
-            bottom + 18.0,
-            &n.to_string(),
-            Font::Remark,
-            Align::Centre,
-        );
+        // Five digits would run into the last of the axis.
+        let number = if n.is_multiple_of(1000) {
+            format!("{}k", n / 1000)
+        } else {
+            n.to_string()
+        };
+        picture.text(x, bottom + 18.0, &number, Font::Remark, Align::Centre);
     }
 
     fn line(&self, picture: &mut Picture, key: &CurveKey, points: &[Point]) {
