@@ -40,10 +40,7 @@ const MANY_MEASURED_BY: [&str; 4] = [
 ];
 
 /// What models with the prior of section 3.2 come from beside these and those.
-const RIGID_BODY_MEASURED_BY: [&str; 2] = [
-    "crates/bench-suite/src/measure.rs",
-    "crates/bench-suite/src/rigid_body",
-];
+const RIGID_BODY_MEASURED_BY: [&str; 1] = ["crates/bench-suite/src/rigid_body"];
 
 /// What the models of section 5 come from beside those of cells and units.
 const TRAINED_BY: [&str; 2] = [

@@ -81,13 +81,8 @@ impl RigidBodyModel {
         let predict = |((joint_idx, model), regressor): (&(usize, InformedModel), _)| {
             let regressor: &faer::Mat<f64> = regressor;
             let prediction = model.predict(x, regressor.as_ref())?;
-            Ok(JointPrediction {
-                joint_idx: *joint_idx,
-                mean: prediction.mean,
-                var: prediction.var,
-                noise_var: model.noise_std().powi(2),
-                n_clamped: prediction.n_clamped,
-            })
+            let noise_var = model.noise_std().powi(2);
+            Ok(JointPrediction::new(*joint_idx, prediction, noise_var))
         };
         self.learned.iter().zip(&of_joints).map(predict).collect()
     }

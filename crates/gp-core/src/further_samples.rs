@@ -12,6 +12,8 @@ use crate::data::require_training_data;
 use crate::error::GpError;
 use crate::fit_posterior::FitPosterior;
 use crate::low_rank_posterior::{LowRankParts, LowRankPosterior};
+use crate::orthogonal::upper_of;
+use crate::pivot_choice::Choice;
 use crate::pivoted::{independent_rows, rows};
 use crate::posterior::Posterior;
 
@@ -104,14 +106,11 @@ fn on_pivots<C: Covariance + Clone>(
     let largest = (0..k).map(|idx| prior[(idx, idx)]).fold(0.0, f64::max);
     let mut remainder = prior; // E, (k, k)
     subtract_gram(&mut remainder, &phi);
-    let chosen = independent_rows(&remainder, largest);
+    let Choice { order: chosen, l } = independent_rows(remainder.as_ref(), largest);
     let m = chosen.len();
-    let of_chosen = |row: usize, col: usize| remainder[(chosen[row], chosen[col])];
-    let l_e = Factor::new(Mat::from_fn(m, m, of_chosen))?;
-    let mut psi = Mat::from_fn(m, k, |row, col| remainder[(chosen[row], col)]);
-    l_e.half_solve_in_place(psi.as_mut());
+    let mut psi = rows(remainder.as_ref(), &chosen); // Ψ*, (m, k)
+    solve_lower_triangular_in_place(l.as_ref(), psi.as_mut(), Par::Seq);
 
-    let l = l_e.l();
     let pivot_factor = Mat::from_fn(r + m, r + m, |row, col| match (row < r, col < r) {
         _ if col > row => 0.0,
         (true, _) => parts.pivot_factor[(row, col)],
@@ -133,7 +132,7 @@ fn on_pivots<C: Covariance + Clone>(
             noise_std: parts.noise_std,
             pivots: stacked(parts.pivots.as_ref(), rows(x, &chosen).as_ref()),
             pivot_factor,
-            noise_factor: upper(noise_factor.l()),
+            noise_factor: upper_of(noise_factor.l()),
             weights: weights.zip(correction).map(|(a, b)| a + b).collect(),
         },
     )
@@ -173,12 +172,6 @@ fn product(matrix: MatRef<'_, f64>, vector: &[f64]) -> Vec<f64> {
         terms.map(|(col, value)| matrix[(row, col)] * value).sum()
     };
     (0..matrix.nrows()).map(row).collect()
-}
-
-fn upper(lower: MatRef<'_, f64>) -> Mat<f64> {
-    Mat::from_fn(lower.nrows(), lower.nrows(), |row, col| {
-        if col >= row { lower[(col, row)] } else { 0.0 }
-    })
 }
 
 /// The rows of both, one below the other.

@@ -31,6 +31,7 @@ pub mod sampling;
 mod search;
 mod search_ends;
 mod search_metric;
+pub mod sequential;
 mod tiled;
 
 pub use bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};

@@ -240,7 +240,7 @@ fn second_round(
 }
 
 /// Lᵀ with zeros below the diagonal, from the lower triangle.
-fn upper_of(lower: MatRef<'_, f64>) -> Mat<f64> {
+pub(crate) fn upper_of(lower: MatRef<'_, f64>) -> Mat<f64> {
     let r = lower.nrows();
     Mat::from_fn(
         r,

@@ -17,7 +17,7 @@ use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use kernels::Covariance;
 
-use crate::pivot_choice::choose_pivots;
+use crate::pivot_choice::{Choice, choose_pivots};
 
 /// Pivots that are added together at most.
 const BLOCK: usize = 24;
@@ -312,30 +312,10 @@ fn subtract_squares(residual: &mut [f64], phi: MatRef<'_, f64>) {
         },
     );
 }
-/// Rows of a small covariance matrix that determine the others but for rounding, in order of choice.
+
+/// Rows of a small covariance matrix that determine the others but for rounding, and their factor.
 ///
 /// `largest` is the largest variance that the matrix is a remainder of.
-/// # Panics
-/// If the matrix is not square.
-pub(crate) fn independent_rows(matrix: &Mat<f64>, largest: f64) -> Vec<usize> {
-    let n = matrix.nrows();
-    assert_eq!(n, matrix.ncols(), "a covariance matrix is square");
-    let mut remainder = matrix.clone();
-    let mut chosen = Vec::new();
-    while chosen.len() < n {
-        let diagonal = |row: usize| remainder[(row, row)];
-        let worst = (0..n).fold(0, |a, b| if diagonal(b) > diagonal(a) { b } else { a });
-        let pivot = diagonal(worst);
-        if pivot.is_nan() || pivot <= PIVOT_NOISE * largest {
-            break;
-        }
-        let column: Vec<f64> = (0..n).map(|row| remainder[(row, worst)]).collect();
-        for row in 0..n {
-            for col in 0..n {
-                remainder[(row, col)] -= column[row] * column[col] / pivot;
-            }
-        }
-        chosen.push(worst);
-    }
-    chosen
+pub(crate) fn independent_rows(matrix: MatRef<'_, f64>, largest: f64) -> Choice {
+    choose_pivots(matrix, matrix.nrows(), PIVOT_NOISE * largest, 0.0)
 }

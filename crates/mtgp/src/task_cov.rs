@@ -289,18 +289,18 @@ impl TaskCovariance {
         let n_tasks = self.n_tasks();
         assert_eq!((weights.nrows(), weights.ncols()), (n_tasks, n_tasks));
         assert_eq!(gradient.len(), self.n_params());
-        let symmetric = weights + weights.transpose();
+        let symmetric = || weights + weights.transpose();
         match self {
             Self::Identity { .. } | Self::Ones { .. } => {}
             Self::Factor(factor) => {
-                let product = symmetric * factor.lambda(); // (m, r)
+                let product = symmetric() * factor.lambda(); // (m, r)
                 let places = free_entries(n_tasks, factor.rank());
                 for ((row, col), slope) in places.zip(gradient) {
                     *slope += product[(row, col)];
                 }
             }
             Self::Regression(regression) => {
-                regression.add_adjoint(symmetric.as_ref(), gradient);
+                regression.add_adjoint(symmetric().as_ref(), gradient);
             }
         }
     }

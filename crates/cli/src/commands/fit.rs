@@ -11,6 +11,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use gp_core::Provenance;
 use mtgp::Criterion;
 use sha2::{Digest, Sha256};
 
@@ -254,6 +255,28 @@ fn check_options(args: &Args) -> Result<(), CliError> {
         _ => return Ok(()),
     };
     Err(CliError::Usage(reason))
+}
+
+/// Name of the file and its samples of one context, after [`check`].
+fn read_context(
+    args: &Args,
+    table: Table,
+    columns: &DataColumns,
+) -> Result<(String, Samples), CliError> {
+    let file = table.file().to_owned();
+    let samples = columns.read(table, args.data.context.as_deref())?;
+    check(&file, &samples, columns)?;
+    Ok((file, samples))
+}
+
+/// Where a model comes from that this program learns.
+fn provenance(data_sha256: [u8; 32], robot_sha256: Option<[u8; 32]>, context: &str) -> Provenance {
+    Provenance {
+        data_sha256,
+        robot_sha256,
+        program: concat!("torque-gp ", env!("CARGO_PKG_VERSION")).to_owned(),
+        context: context.to_owned(),
+    }
 }
 
 /// Refuses data that says nothing, warns of data that is probably not what it seems.

@@ -1,7 +1,5 @@
 //! The model of one joint's torque with an informative prior: rbd or rbd+gp, as a file keeps it.
 
-use std::fmt;
-
 use faer::MatRef;
 use kernels::{Covariance, OnColumns, Sum};
 use serde::{Deserialize, Serialize};
@@ -43,11 +41,6 @@ impl InformedModel {
             InformedProcess::Parameters(_) => "rbd",
             InformedProcess::AndRemainder(_) => "rbd+gp",
         }
-    }
-
-    /// What was known of the parameters before the data.
-    pub fn prior(&self) -> &ParameterPrior {
-        &self.prior
     }
 
     /// Factor s of the prior's standard deviations, as learned.
@@ -200,11 +193,5 @@ impl InformedRecord {
             process,
             summary: self.summary.into_summary()?,
         })
-    }
-}
-
-impl fmt::Display for InformedModel {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
     }
 }

@@ -9,6 +9,7 @@ use crate::model::predictor::Predictor;
 use crate::model::provenance::Provenance;
 use crate::model::record::ModelRecord;
 use crate::model::training_ranges::TrainingRanges;
+use crate::posterior::Prediction;
 
 /// What is learned for a robot: a torque model for some or all of its joints.
 ///
@@ -58,6 +59,19 @@ pub struct JointPrediction {
     pub noise_var: f64,
     /// How many variances came out below zero by rounding and were set to zero.
     pub n_clamped: usize,
+}
+
+impl JointPrediction {
+    /// A prediction of a joint's torque, and the variance of the noise on it, N²·m².
+    pub fn new(joint_idx: usize, prediction: Prediction, noise_var: f64) -> Self {
+        Self {
+            joint_idx,
+            mean: prediction.mean,
+            var: prediction.var,
+            noise_var,
+            n_clamped: prediction.n_clamped,
+        }
+    }
 }
 
 impl TorqueModel {
@@ -118,13 +132,11 @@ impl TorqueModel {
     pub fn predict(&self, x: MatRef<'_, f64>) -> Result<Vec<JointPrediction>, GpError> {
         let of_joint = |(joint_idx, model): &(usize, JointModel)| {
             let prediction = model.predict(x)?;
-            Ok(JointPrediction {
-                joint_idx: *joint_idx,
-                mean: prediction.mean,
-                var: prediction.var,
-                noise_var: model.noise_var(),
-                n_clamped: prediction.n_clamped,
-            })
+            Ok(JointPrediction::new(
+                *joint_idx,
+                prediction,
+                model.noise_var(),
+            ))
         };
         self.learned.iter().map(of_joint).collect()
     }

@@ -1,14 +1,11 @@
 //! Affine coordinates in which a density is about as wide in all directions.
 
-use faer::diag::DiagMut;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
-use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::{Accum, Mat, MatRef, Par, Spec};
+use faer::{Mat, MatRef};
 
 use super::log_density::LogDensity;
 use crate::error::GpError;
+use crate::sequential::{SymmetricEigen, product, symmetric_eigen};
 
 /// Draws that the frame at hand counts as when it is refined.
 const DRAWS_OF_OLD_FRAME: f64 = 30.0;
@@ -109,13 +106,6 @@ fn column(values: &[f64]) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(values, values.len(), 1)
 }
 
-/// By one thread, so that the bits do not depend on their number.
-fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let mut out = Mat::zeros(a.nrows(), b.ncols());
-    matmul(out.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
-    out
-}
-
 fn column_means(rows: MatRef<'_, f64>) -> Vec<f64> {
     let n = rows.nrows() as f64;
     rows.col_iter()
@@ -156,22 +146,7 @@ fn geometric_mean_root(of_y: MatRef<'_, f64>, of_g: MatRef<'_, f64>) -> Option<M
 /// A power of a positive definite matrix by its eigenvalues; `None` unless it is one.
 fn power(matrix: MatRef<'_, f64>, exponent: f64) -> Option<Mat<f64>> {
     let order = matrix.nrows();
-    if !matrix.is_all_finite() {
-        return None;
-    }
-    let mut values = vec![0.0; order];
-    let mut vectors = Mat::zeros(order, order);
-    let with_vectors = ComputeEigenvectors::Yes;
-    let scratch = self_adjoint_evd_scratch::<f64>(order, with_vectors, Par::Seq, Spec::default());
-    self_adjoint_evd(
-        matrix,
-        DiagMut::from_slice_mut(&mut values),
-        Some(vectors.as_mut()),
-        Par::Seq,
-        MemStack::new(&mut MemBuffer::new(scratch)),
-        Spec::default(),
-    )
-    .ok()?;
+    let SymmetricEigen { values, vectors } = symmetric_eigen(matrix)?;
     if values.iter().any(|value| *value <= 0.0) {
         return None;
     }

@@ -202,13 +202,8 @@ impl MultiTaskModel {
         let task = self.number_of(context)?;
         let of_joint = |(joint_idx, process): &(usize, TaskProcess)| {
             let prediction = process.predict(task, x)?;
-            Ok(JointPrediction {
-                joint_idx: *joint_idx,
-                mean: prediction.mean,
-                var: prediction.var,
-                noise_var: process.noise_var(),
-                n_clamped: prediction.n_clamped,
-            })
+            let noise_var = process.noise_var();
+            Ok(JointPrediction::new(*joint_idx, prediction, noise_var))
         };
         self.learned().iter().map(of_joint).collect()
     }

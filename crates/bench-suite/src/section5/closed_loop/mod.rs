@@ -19,7 +19,7 @@ mod switch;
 
 use self::findings::Results;
 use self::plant::Plant;
-use self::settings::{Settings, trajectory_name};
+use self::settings::Settings;
 use self::source::{Desired, NEW_LOAD, Source, Sources};
 use self::sweep::{Row, Sweep, integration_error};
 use self::switch::Switching;
@@ -78,7 +78,7 @@ pub fn make(
         changes: switched.concat(),
         trajectories: followed
             .iter()
-            .map(|id| (trajectory_name(*id), is_trained_on(*id, &set)))
+            .map(|id| (id.to_string(), is_trained_on(*id, &set)))
             .collect(),
         settings: &settings,
         rows: (0..followed.len())

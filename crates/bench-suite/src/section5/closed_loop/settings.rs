@@ -113,13 +113,8 @@ impl Switch {
     }
 }
 
-/// Name of a trajectory, such as p2s3.
-pub fn trajectory_name(id: TrajectoryId) -> String {
-    id.to_string()
-}
-
 fn trajectory(experiment: &str, run: &str) -> Result<TrajectoryId, BenchError> {
-    let found = TrajectoryId::all().find(|id| trajectory_name(*id) == run);
+    let found = TrajectoryId::all().find(|id| id.to_string() == run);
     found.ok_or_else(|| BenchError::Experiment {
         name: experiment.to_string(),
         message: format!("no trajectory is named {run}"),

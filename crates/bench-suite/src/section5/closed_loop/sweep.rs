@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::plant::{Control, Outcome, Plant, Run};
-use super::settings::{Settings, trajectory_name};
+use super::settings::Settings;
 use super::source::{Desired, Learned, NEW_LOAD, Source, Sources, TorqueTable};
 use crate::error::BenchError;
 use crate::split::TrajectoryId;
@@ -47,13 +47,7 @@ impl Sweep<'_> {
             .map(|(learned, source)| {
                 let table = self.sources.table(source, learned, &desired)?;
                 table.map_or(Ok(Vec::new()), |table| {
-                    self.gains(
-                        &trajectory_name(id),
-                        &reference,
-                        learned.load(),
-                        source,
-                        &table,
-                    )
+                    self.gains(&id.to_string(), &reference, learned.load(), source, &table)
                 })
             })
             .collect::<Result<_, BenchError>>()?;

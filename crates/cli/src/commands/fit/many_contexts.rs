@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use gp_core::{FitPosterior, GpError, Provenance, TrainingRanges};
+use gp_core::{FitPosterior, GpError, TrainingRanges};
 use kernels::Covariance;
 use mtgp::{
     Criterion, ModelParts, MtgpError, MultiTaskCovariance, MultiTaskModel, MultiTaskOptions,
@@ -12,7 +12,7 @@ use mtgp::{
 
 use crate::commands::fit::report::{self, Line};
 use crate::commands::fit::side_by_side::{Learned, learn_all, tell_stage};
-use crate::commands::fit::{Args, ModelArg, StartsArg, check};
+use crate::commands::fit::{Args, ModelArg, StartsArg, check, provenance};
 use crate::context::columns_error;
 use crate::context_column::ContextColumn;
 use crate::error::CliError;
@@ -120,12 +120,7 @@ pub fn learn(
         ranges: TrainingRanges::of(samples.x.as_ref()).map_err(|e| unusable(e.into()))?,
         context_ranges,
         selection,
-        provenance: Provenance {
-            data_sha256,
-            robot_sha256: None,
-            program: concat!("torque-gp ", env!("CARGO_PKG_VERSION")).to_owned(),
-            context: String::new(),
-        },
+        provenance: provenance(data_sha256, None, ""),
     });
     Ok(model.map_err(|e| unusable(e.into()))?.to_bytes())
 }

@@ -2,14 +2,13 @@
 
 use faer::MatRef;
 use gp_core::{
-    BayesLinear, FitOptions, GpError, JointModel, LinearForm, Provenance, TorqueModel,
-    TrainingRanges,
+    BayesLinear, FitOptions, GpError, JointModel, LinearForm, TorqueModel, TrainingRanges,
 };
 use kernels::TorqueForm;
 
 use crate::commands::fit::report::{self, Line};
 use crate::commands::fit::side_by_side::{learn_all, tell_stage};
-use crate::commands::fit::{Args, ModelArg, StartsArg, check};
+use crate::commands::fit::{Args, ModelArg, StartsArg, provenance, read_context};
 use crate::error::CliError;
 use crate::messages;
 use crate::samples::DataColumns;
@@ -25,9 +24,7 @@ pub fn learn(
     columns: &DataColumns,
     data_sha256: [u8; 32],
 ) -> Result<Vec<u8>, CliError> {
-    let file = table.file().to_owned();
-    let samples = columns.read(table, args.data.context.as_deref())?;
-    check(&file, &samples, columns)?;
+    let (file, samples) = read_context(args, table, columns)?;
     let (x, names) = (samples.x.as_ref(), &columns.joints.names);
     let fits = learn_all(&samples.torques, names, &file, args.threads, |job| {
         if matches!(args.model, ModelArg::Gp | ModelArg::Gpc) {
@@ -46,12 +43,7 @@ pub fn learn(
     });
     messages::report(report::table(&lines.collect::<Vec<_>>()));
 
-    let provenance = Provenance {
-        data_sha256,
-        robot_sha256: None,
-        program: concat!("torque-gp ", env!("CARGO_PKG_VERSION")).to_owned(),
-        context: samples.context.clone(),
-    };
+    let provenance = provenance(data_sha256, None, &samples.context);
     let unusable = |cause: GpError| CliError::Usage(format!("{file}: {cause}"));
     let ranges = TrainingRanges::of(x).map_err(unusable)?;
     let learned = fits.into_iter().map(|fit| (fit.joint_idx, fit.model));

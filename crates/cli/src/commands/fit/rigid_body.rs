@@ -2,8 +2,8 @@
 
 use faer::{Mat, MatRef};
 use gp_core::{
-    FitOptions, GpError, InformedModel, ParameterPrior, Provenance, RegressorSamples, Starts,
-    TrainingRanges, fit_rigid_body, fit_rigid_body_and_process,
+    FitOptions, GpError, InformedModel, ParameterPrior, RegressorSamples, Starts, TrainingRanges,
+    fit_rigid_body, fit_rigid_body_and_process,
 };
 use kernels::TorqueForm;
 use puma_dyn::{
@@ -13,7 +13,7 @@ use puma_dyn::{
 
 use crate::commands::fit::report::{self, Line};
 use crate::commands::fit::side_by_side::learn_all;
-use crate::commands::fit::{Args, ModelArg, StartsArg, check};
+use crate::commands::fit::{Args, ModelArg, StartsArg, provenance, read_context};
 use crate::error::CliError;
 use crate::messages;
 use crate::rigid_body_model::RigidBodyModel;
@@ -38,9 +38,7 @@ pub fn learn(
     columns: &DataColumns,
     data_sha256: [u8; 32],
 ) -> Result<Vec<u8>, CliError> {
-    let file = table.file().to_owned();
-    let samples = columns.read(table, args.data.context.as_deref())?;
-    check(&file, &samples, columns)?;
+    let (file, samples) = read_context(args, table, columns)?;
     let (x, names) = (samples.x.as_ref(), &columns.joints.names);
     let nominal = nominal_prior(robot);
     let fits = learn_all(&samples.torques, names, &file, args.threads, |job| {
@@ -56,12 +54,7 @@ pub fn learn(
     });
     messages::report(report::table(&lines.collect::<Vec<_>>()));
 
-    let provenance = Provenance {
-        data_sha256,
-        robot_sha256: Some(source.sha256()),
-        program: concat!("torque-gp ", env!("CARGO_PKG_VERSION")).to_owned(),
-        context: samples.context.clone(),
-    };
+    let provenance = provenance(data_sha256, Some(source.sha256()), &samples.context);
     let unusable = |cause: GpError| CliError::Usage(format!("{file}: {cause}"));
     let ranges = TrainingRanges::of(x).map_err(unusable)?;
     let learned = fits.into_iter().map(|fit| (fit.joint_idx, fit.model));
