@@ -14,16 +14,10 @@ const UNHEARD: f64 = 1e-8;
 /// K^ρ of rank r by the regression of each task on up to r tasks before it, in a given order.
 ///
 /// ```text
-/// f_γ = Σ_{c < γ, c ≤ q} φ_γc f_c + Σ_{c < γ, q < c ≤ r} φ_γc e_c + s_γ e_γ
-/// e_γ independent of one another with covariance c^x
+/// f_γ = Σ_{c < γ, c ≤ r} φ_γc f_c + s_γ e_γ,   e_γ independent of one another with covariance c^x
 /// s_1 = 1,   s_γ > 0 for γ ≤ r,   s_γ = 0 beyond:   every further task is a combination of the first r
-/// Λ_γ = Σ_{c < γ, c ≤ q} φ_γc Λ_c + Σ_{c < γ, q < c ≤ r} φ_γc ε_cᵀ + s_γ ε_γᵀ,   K^ρ = ΛΛᵀ
+/// Λ_γ = Σ_{c < γ, c ≤ r} φ_γc Λ_c + s_γ ε_γᵀ,   K^ρ = ΛΛᵀ   (ε_γ the γ-th unit vector)
 /// ```
-/// with ε_γ the γ-th unit vector.
-/// The tasks q + 1 to r are faint: what is new in them is no larger than the noise.
-/// Combinations of their torques would be known only as well as that is large, a funnel that chains
-/// cannot enter; their new parts as they are, times φ, are known as well as the noise is small.
-///
 /// It has r(2m + 1 − r)/2 − 1 free numbers, one fewer than Λ: s_1 = 1 makes c^x the covariance of the
 /// first task, and leaves no a of (a² K^ρ, c^x/a²) open.
 /// Columns of Λ have no sign that is open either.
@@ -40,8 +34,6 @@ pub struct TaskRegression {
     order: Vec<usize>,
     /// φ, (m, r), by place in the order; zero where c ≥ γ.
     coefficients: Mat<f64>,
-    /// q, of the first r tasks those that are not faint.
-    n_heard: usize,
     /// s of the first r tasks.
     stds: Vec<f64>,
 }
@@ -51,14 +43,13 @@ impl TaskRegression {
     ///
     /// Each of the first r tasks is the one of which those before it tell least, and a² is the variance
     /// of the very first.
-    /// Those with s below `faint` are faint.
     /// # Shapes
     /// `k_task` K^ρ, (m, m), of which the lower triangle is read.
     /// # Errors
     /// [`MtgpError::NoTasks`], [`MtgpError::BadRank`].
     /// # Panics
     /// If `k_task` is not square.
-    pub fn of(k_task: MatRef<'_, f64>, rank: usize, faint: f64) -> Result<(Self, f64), MtgpError> {
+    pub fn of(k_task: MatRef<'_, f64>, rank: usize) -> Result<(Self, f64), MtgpError> {
         let n_tasks = k_task.nrows();
         assert_eq!(n_tasks, k_task.ncols());
         if rank == 0 || rank > n_tasks {
@@ -72,18 +63,11 @@ impl TaskRegression {
         }
         let lambda = |place: usize, col: usize| columns[(order[place], col)];
         let first = lambda(0, 0);
-        let stds = (0..rank).map(|c| (lambda(c, c) / first).max(UNHEARD));
-        let stds: Vec<f64> = stds.collect();
-        let n_heard = 1 + stds[1..].iter().take_while(|std| **std >= faint).count();
         let mut coefficients = Mat::zeros(n_tasks, rank);
         for place in 1..n_tasks {
-            for col in n_heard..rank.min(place) {
-                coefficients[(place, col)] = lambda(place, col) / first;
-            }
             // φ_γ Λ_pp = Λ_γ with the triangular Λ_pp of the tasks before, from the last column on.
-            let combined = n_heard.min(place);
-            for col in (0..combined).rev() {
-                let later: f64 = (col + 1..combined)
+            for col in (0..rank.min(place)).rev() {
+                let later: f64 = (col + 1..rank.min(place))
                     .map(|c| coefficients[(place, c)] * lambda(c, col))
                     .sum();
                 if lambda(col, col) > 0.0 {
@@ -91,10 +75,11 @@ impl TaskRegression {
                 }
             }
         }
+        let stds = (0..rank).map(|c| (lambda(c, c) / first).max(UNHEARD));
+        let stds = stds.collect();
         let regression = Self {
             order,
             coefficients,
-            n_heard,
             stds,
         };
         Ok((regression, first * first))
@@ -121,10 +106,7 @@ impl TaskRegression {
         for (place, std) in self.stds.iter().enumerate() {
             lambda[(place, place)] = *std;
         }
-        for (place, col) in self.faint_places() {
-            lambda[(place, col)] = self.coefficients[(place, col)];
-        }
-        for (place, col) in self.heard_places() {
+        for (place, col) in self.places() {
             for before in 0..=col {
                 let value = self.coefficients[(place, col)] * lambda[(col, before)];
                 lambda[(place, before)] += value;
@@ -135,11 +117,7 @@ impl TaskRegression {
 
     /// Λ with K^ρ = ΛΛᵀ, (m, r), its rows in the order of the tasks and so not triangular.
     pub fn root(&self) -> Mat<f64> {
-        self.in_order_of_tasks(self.ordered_factor().as_ref())
-    }
-
-    /// Rows in the order of the regressions as rows in that of the tasks, (m, r).
-    fn in_order_of_tasks(&self, ordered: MatRef<'_, f64>) -> Mat<f64> {
+        let ordered = self.ordered_factor();
         let mut root = Mat::zeros(self.n_tasks(), self.rank());
         for (place, task) in self.order.iter().enumerate() {
             root.row_mut(*task).copy_from(ordered.row(place));
@@ -152,27 +130,10 @@ impl TaskRegression {
         TaskFactor::from_root(self.root().as_ref()).expect("counts are right and entries finite")
     }
 
-    /// Number of tasks q whose torques the later ones combine; the further ones are faint.
-    pub fn n_heard(&self) -> usize {
-        self.n_heard
-    }
-
-    /// Places (γ, c) of the coefficients of torques in the order of the regressions, row by row.
-    fn heard_places(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
-        let heard = self.n_heard;
-        (1..self.n_tasks()).flat_map(move |row| (0..heard.min(row)).map(move |col| (row, col)))
-    }
-
-    /// Places (γ, c) of the coefficients of faint tasks' new parts, row by row.
-    fn faint_places(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
-        let faint = self.n_heard..self.rank();
-        let before = move |row: usize| faint.start..faint.end.min(row);
-        (1..self.n_tasks()).flat_map(move |row| before(row).map(move |col| (row, col)))
-    }
-
-    /// Those and then these.
+    /// Places (γ, c) of the coefficients in the order of the regressions, row by row.
     fn places(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
-        self.heard_places().chain(self.faint_places())
+        let rank = self.rank();
+        (1..self.n_tasks()).flat_map(move |row| (0..rank.min(row)).map(move |col| (row, col)))
     }
 
     pub(crate) fn params(&self) -> Vec<f64> {
@@ -189,31 +150,29 @@ impl TaskRegression {
         }
     }
 
-    /// Names `task_std[c]` of s_2 to s_r, `task_regression[γ,δ]` of the regression of task γ on task δ,
-    /// and `task_part[γ,δ]` of that on what is new in a faint task δ.
+    /// Names `task_std[c]` of s_2 to s_r and `task_regression[γ,δ]` of the regression of task γ on task δ.
     pub(crate) fn layout(&self) -> ParamLayout {
-        let tasks = |(row, col): (usize, usize)| (self.order[row], self.order[col]);
-        let free = Transform::Free { scale: 1.0 };
+        let tasks = self
+            .places()
+            .map(|(row, col)| (self.order[row], self.order[col]));
         ParamLayout::new()
             .with_vector("task_std", self.rank() - 1, Transform::Positive)
-            .with_entries("task_regression", self.heard_places().map(tasks), free)
-            .with_entries("task_part", self.faint_places().map(tasks), free)
+            .with_entries("task_regression", tasks, Transform::Free { scale: 1.0 })
     }
 
     /// Adds the gradient of Σ_γδ T_γδ K^ρ_γδ, given ∂/∂K^ρ as T + Tᵀ.
     ///
-    /// From the last task to the first: ∂/∂φ_γc = g_γ·Λ_c, which also adds φ_γc g_γ to g_c, or g_γc
-    /// for a faint c, and ∂/∂s_γ = g_γγ, where g = (T + Tᵀ)Λ.
+    /// From the last task to the first: ∂/∂φ_γc = g_γ·Λ_c, which also adds φ_γc g_γ to g_c, and
+    /// ∂/∂s_γ = g_γγ, where g = (T + Tᵀ)Λ.
     pub(crate) fn add_adjoint(&self, symmetric: MatRef<'_, f64>, gradient: &mut [f64]) {
         let lambda = self.ordered_factor();
-        let unordered = symmetric * self.in_order_of_tasks(lambda.as_ref());
+        let unordered = symmetric * self.root();
         let mut slopes = Mat::from_fn(self.n_tasks(), self.rank(), |place, col| {
             unordered[(self.order[place], col)]
         });
         let (of_stds, of_coefficients) = gradient.split_at_mut(self.rank() - 1);
-        let heard: Vec<(usize, usize)> = self.heard_places().collect();
-        let (of_heard, of_faint) = of_coefficients.split_at_mut(heard.len());
-        for (slope, (row, col)) in of_heard.iter_mut().zip(heard).rev() {
+        let places: Vec<(usize, usize)> = self.places().collect();
+        for (slope, (row, col)) in of_coefficients.iter_mut().zip(places).rev() {
             for before in 0..=col {
                 *slope += slopes[(row, before)] * lambda[(col, before)];
             }
@@ -221,9 +180,6 @@ impl TaskRegression {
                 let passed = self.coefficients[(row, col)] * slopes[(row, before)];
                 slopes[(col, before)] += passed;
             }
-        }
-        for (slope, place) in of_faint.iter_mut().zip(self.faint_places()) {
-            *slope += slopes[place];
         }
         for (idx, slope) in of_stds.iter_mut().enumerate() {
             *slope += slopes[(idx + 1, idx + 1)];
@@ -234,14 +190,11 @@ impl TaskRegression {
 impl MultiTaskCovariance {
     /// The same prior with K^ρ as regressions, whose first task has the covariance c^x.
     ///
-    /// Tasks of which nothing is new that is larger than `noise` of the first task's torque, by their
-    /// standard deviations, are faint.
     /// # Errors
     /// [`MtgpError::Kernel`] if K^ρ is zero.
-    pub fn with_regression(&self, noise: f64) -> Result<Self, MtgpError> {
+    pub fn with_regression(&self) -> Result<Self, MtgpError> {
         let task = self.task();
-        let (k_task, rank) = (task.k_task(), task.rank());
-        let (regression, variance) = TaskRegression::of(k_task.as_ref(), rank, noise)?;
+        let (regression, variance) = TaskRegression::of(task.k_task().as_ref(), task.rank())?;
         let a = variance.sqrt();
         let times_a = |values: Vec<f64>| values.into_iter().map(|value| a * value).collect();
         let params = self.input().named_params();

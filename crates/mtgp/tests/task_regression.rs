@@ -22,7 +22,7 @@ fn assert_close(found: &Mat<f64>, expected: &Mat<f64>, tolerance: f64) {
 
 #[test]
 fn regressions_worked_by_hand() {
-    let (mut regression, variance) = TaskRegression::of(by_hand().as_ref(), 2, 0.0).unwrap();
+    let (mut regression, variance) = TaskRegression::of(by_hand().as_ref(), 2).unwrap();
     // f_2 has the largest variance, 4 · 2.5; of f_3 it leaves 1 − 1.5²/2.5 = 0.1, of f_1 less.
     assert_eq!(regression.order(), [1, 2, 0]);
     assert!((variance - 10.0).abs() < 1e-14);
@@ -54,60 +54,34 @@ fn regressions_worked_by_hand() {
 }
 
 #[test]
-fn parts_of_a_faint_task_worked_by_hand() {
-    // As above but for f_1, of which (½, ¼) = 0.35 f_2 − 0.05 e_3 where f_2 = e_2, f_3 = 0.6 e_2 + 0.2 e_3.
-    let (regression, _) = TaskRegression::of(by_hand().as_ref(), 2, 0.25).unwrap();
-    assert_eq!(regression.n_heard(), 1);
-    let mut task = TaskCovariance::Regression(regression);
-    let names: Vec<String> = (task.layout().specs().iter().map(ToString::to_string)).collect();
-    let expected = [
-        "task_std[0]",
-        "task_regression[2,1]",
-        "task_regression[0,1]",
-        "task_part[0,2]",
-    ];
-    assert_eq!(names, expected);
-    for (found, expected) in task.params().iter().zip([0.2, 0.6, 0.35, -0.05]) {
-        assert!((found - expected).abs() < 1e-13, "{found} {expected}");
-    }
-    task.set_params(&[0.5, 2.0, 3.0, -1.0]);
-    let TaskCovariance::Regression(set) = &task else {
-        unreachable!()
-    };
-    assert_eq!(set.root(), mat![[3.0, -1.0], [1.0, 0.0], [2.0, 0.5]]);
-}
-
-#[test]
-fn the_prior_is_the_same_in_all_forms() {
+fn the_prior_is_the_same_in_both_forms() {
     let entries = [0.9, -0.4, 1.1, 0.3, -0.8, 0.6, 1.2, 0.1, -0.5];
     let factor = TaskFactor::from_entries(4, 3, &entries).unwrap();
     let input = TorqueCovariance::unit(1, TorqueForm::Coulomb);
     let prior = MultiTaskCovariance::new(input, TaskCovariance::Factor(factor));
+    let regressions = prior.with_regression().unwrap();
     let x = Mat::from_fn(8, 3, |row, col| (0.9 * row as f64 + 1.7 * col as f64).sin());
     let rows: Vec<Mat<f64>> = (0..4).map(|task| with_task(x.as_ref(), task)).collect();
     let all = Mat::from_fn(32, 4, |row, col| rows[row / 8][(row % 8, col)]);
     let expected = prior.gram(all.as_ref());
-    for noise in [0.0, f64::INFINITY] {
-        let regressions = prior.with_regression(noise).unwrap();
-        // Entries up to 3 · 8; the condition of the first tasks' block is some hundred.
-        assert_close(&regressions.gram(all.as_ref()), &expected, 1e-11);
-        let first = regressions.task().k_task();
-        assert_eq!((regressions.n_params(), prior.n_params()), (17, 18));
-        let largest = (0..4).map(|i| first[(i, i)]).fold(0.0, f64::max);
-        assert!(
-            (largest - 1.0).abs() < 1e-14,
-            "the first task has the largest variance"
-        );
-    }
+    // Entries up to 3 · 8; the condition of the first tasks' block is some hundred.
+    assert_close(&regressions.gram(all.as_ref()), &expected, 1e-11);
+    let first = regressions.task().k_task();
+    assert_eq!((regressions.n_params(), prior.n_params()), (17, 18));
+    let largest = (0..4).map(|i| first[(i, i)]).fold(0.0, f64::max);
+    assert!(
+        (largest - 1.0).abs() < 1e-14,
+        "the first task has the largest variance"
+    );
 }
 
 #[test]
 fn tasks_without_anything_of_their_own_and_bad_ranks() {
     let ones = TaskCovariance::Ones { n_tasks: 3 }.k_task();
-    let (regression, _) = TaskRegression::of(ones.as_ref(), 2, 0.0).unwrap();
+    let (regression, _) = TaskRegression::of(ones.as_ref(), 2).unwrap();
     let task = TaskCovariance::Regression(regression);
     assert_close(&task.k_task(), &ones, 1e-7);
-    let error = TaskRegression::of(ones.as_ref(), 4, 0.0).unwrap_err();
+    let error = TaskRegression::of(ones.as_ref(), 4).unwrap_err();
     assert_eq!(
         error,
         MtgpError::BadRank {

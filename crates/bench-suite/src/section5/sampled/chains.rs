@@ -15,9 +15,6 @@ use crate::error::BenchError;
 /// Seed of the chains; a joint and a chain number make a stream of it.
 const SEED: u64 = 2008;
 
-/// A load is faint whose new part is below so many times the noise, by standard deviations.
-const FAINT: f64 = 1.0;
-
 /// The chains of one joint and what they say of themselves.
 pub struct Drawn {
     chains: Vec<Chain>,
@@ -56,7 +53,7 @@ pub fn draw(
     settings: &Settings,
     joint: usize,
 ) -> Result<Drawn, BenchError> {
-    let covariance = with_regression(data, point)?;
+    let covariance = point.covariance().with_regression()?;
     let prior = prior(data, targets, &covariance)?;
     let mut theta = covariance.params();
     theta.push(point.noise_var().sqrt());
@@ -87,15 +84,6 @@ pub fn draw(
         prior,
         covariance,
     })
-}
-
-/// K^ρ as regressions, where loads are faint whose new part is below the noise.
-fn with_regression(data: &Stacked, point: &TaskProcess) -> Result<MultiTaskCovariance, BenchError> {
-    let all_heard = point.covariance().with_regression(0.0)?;
-    let of_first_load = all_heard.input().diag(data.covariates());
-    let variance = of_first_load.iter().sum::<f64>() / of_first_load.len() as f64;
-    let noise = (point.noise_var() / variance).sqrt();
-    Ok(point.covariance().with_regression(FAINT * noise)?)
 }
 
 /// Weak priors about eq. (22) on the pooled data, which c^x of the first load resembles; K^ρ about I.
