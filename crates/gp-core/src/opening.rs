@@ -80,6 +80,20 @@ impl Opening {
     }
 }
 
+/// σ, or what it takes for a search to set out where rounding would be more than the limit in nats.
+pub(crate) fn enough_noise<C: Covariance>(
+    evidence: &impl Likelihood<C>,
+    covariance: &C,
+    noise_std: f64,
+    max_rounding: f64,
+) -> f64 {
+    let nats = rounding_bound(evidence, covariance, noise_std);
+    if nats <= max_rounding {
+        return noise_std;
+    }
+    noise_std * (nats / (INSIDE * max_rounding)).sqrt()
+}
+
 #[cfg(test)]
 #[allow(clippy::float_cmp, reason = "bounds are taken over as they are")]
 mod tests {

@@ -12,7 +12,7 @@ use crate::fit::FitOptions;
 use crate::fit_report::StartReport;
 use crate::init::StartKind;
 use crate::log_marginal::LogMarginal;
-use crate::opening::Opening;
+use crate::opening::{Opening, enough_noise};
 use crate::optimize::{
     Budgeted, Known, Metric, MinimizeOptions, Minimum, Objective, Reparametrised, Resumed, Scaled,
     StopReason, minimize,
@@ -251,6 +251,8 @@ pub fn refine<C: Covariance + Clone>(
 /// Climbs from where an optimum is near, such as the end of a search on fewer data: [`refine`] from the
 /// first evaluation.
 ///
+/// Of more data rounding may leave too little of the likelihood there; σ is then raised until it is within
+/// half the limit.
 /// # Panics
 /// As for [`search`].
 pub fn search_near<C: Covariance + Clone>(
@@ -264,6 +266,7 @@ pub fn search_near<C: Covariance + Clone>(
         max_evaluations,
         ..options.clone()
     };
+    let noise_std = enough_noise(evidence, covariance, noise_std, MAX_ROUNDING);
     let mut end = search(evidence, covariance, noise_std, kind, &with(1));
     let left = options.max_evaluations.saturating_sub(1);
     refine(evidence, &mut end, &with(left));

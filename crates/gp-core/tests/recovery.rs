@@ -1,8 +1,9 @@
 //! Fits to data whose hyperparameters are known.
 
+use faer::Mat;
 use gp_core::{
-    Fit, FitOptions, FitPosterior, LogMarginal, SearchScheme, StartKind, StartPoint, StopReason,
-    fit, fit_from, log_marginal_likelihood, refine, search,
+    Fit, FitOptions, FitPosterior, LikelihoodOptions, LogMarginal, SearchScheme, StartKind,
+    StartPoint, StopReason, fit, fit_from, log_marginal_likelihood, refine, search, search_near,
 };
 use kernels::{SeArd, TorqueCovariance, TorqueForm, TorqueParams};
 use proptest::prelude::*;
@@ -304,4 +305,21 @@ proptest! {
         let error = (again.unwrap() - end.report.log_marginal).abs();
         prop_assert!(error <= 1e-6 * end.report.log_marginal.abs().max(1.0), "{error}");
     }
+}
+
+#[test]
+fn a_start_too_sure_for_more_samples_is_entered_with_more_noise() {
+    let x = Mat::from_fn(40, 1, |row, _| 0.25 * row as f64);
+    let t: Vec<f64> = (0..40).map(|row| (0.25 * f64::from(row)).sin()).collect();
+    let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::dense());
+    // n ε v²/σ² = 40 · 2.2e-16 · 1e10 / 1e-4 = 0.9 nats of rounding; a tenth is the limit.
+    let covariance = SeArd::new(1e5, vec![3.0]).unwrap();
+    let options = FitOptions {
+        max_evaluations: 60,
+        ..FitOptions::chapter()
+    };
+    let end = search_near(&mut evidence, &covariance, 0.01, StartKind::Given, &options);
+    assert!(end.report.log_marginal.is_finite(), "{:?}", end.report);
+    let started = end.report.initial_log_marginal.unwrap();
+    assert!(end.report.log_marginal >= started);
 }

@@ -117,7 +117,11 @@ impl TaskRegression {
 
     /// Λ with K^ρ = ΛΛᵀ, (m, r), its rows in the order of the tasks and so not triangular.
     pub fn root(&self) -> Mat<f64> {
-        let ordered = self.ordered_factor();
+        self.in_order_of_tasks(self.ordered_factor().as_ref())
+    }
+
+    /// Rows in the order of the regressions as rows in that of the tasks, (m, r).
+    fn in_order_of_tasks(&self, ordered: MatRef<'_, f64>) -> Mat<f64> {
         let mut root = Mat::zeros(self.n_tasks(), self.rank());
         for (place, task) in self.order.iter().enumerate() {
             root.row_mut(*task).copy_from(ordered.row(place));
@@ -166,7 +170,7 @@ impl TaskRegression {
     /// ∂/∂s_γ = g_γγ, where g = (T + Tᵀ)Λ.
     pub(crate) fn add_adjoint(&self, symmetric: MatRef<'_, f64>, gradient: &mut [f64]) {
         let lambda = self.ordered_factor();
-        let unordered = symmetric * self.root();
+        let unordered = symmetric * self.in_order_of_tasks(lambda.as_ref());
         let mut slopes = Mat::from_fn(self.n_tasks(), self.rank(), |place, col| {
             unordered[(self.order[place], col)]
         });
