@@ -88,10 +88,11 @@ pub(crate) fn enough_noise<C: Covariance>(
     max_rounding: f64,
 ) -> f64 {
     let nats = rounding_bound(evidence, covariance, noise_std);
-    if nats <= max_rounding {
-        return noise_std;
+    if nats > max_rounding && nats.is_finite() {
+        noise_std * (nats / (INSIDE * max_rounding)).sqrt()
+    } else {
+        noise_std
     }
-    noise_std * (nats / (INSIDE * max_rounding)).sqrt()
 }
 
 #[cfg(test)]
