@@ -41,7 +41,6 @@ mod task_row;
 mod task_start;
 mod torque_noise;
 mod triangular_rows;
-mod uncertain_scale;
 mod unknown_context;
 mod window_factor;
 
@@ -83,7 +82,6 @@ pub use task_regression::TaskRegression;
 pub use task_row::TaskRow;
 pub use task_start::{AugmentedTargets, augmented_k_task, augmented_targets};
 pub use torque_noise::WithTorqueNoise;
-pub use uncertain_scale::student_log_density;
 pub use unknown_context::{
     Calibration, ContextAnswer, chi_squared_upper_tail, known_or_unknown, largest_p_value,
 };

@@ -1,8 +1,6 @@
 //! Trials: new torques under one load, and what each known load's density says of them.
 
-use mtgp::{
-    LatentFunctions, MtgpError, MultiTaskModel, RowPopulation, TaskProcess, student_log_density,
-};
+use mtgp::{LatentFunctions, MtgpError, MultiTaskModel, RowPopulation, TaskProcess};
 use serde::{Deserialize, Serialize};
 
 use super::settings::Settings;
@@ -12,9 +10,6 @@ use crate::section5::normal::normals;
 use crate::seed::{sample_indices, stream};
 use crate::spec::N_JOINTS;
 use crate::split::{N_SAMPLES, TrajectoryId, UNIQUE};
-
-/// Torques that the model's own error bars count as: the usual number for errors that may be larger.
-const SCALE_FREEDOM: f64 = 4.0;
 
 /// Seed of places and noise.
 pub const SEED: &str = "context-estimation";
@@ -66,24 +61,13 @@ pub struct Trial {
     pub by_count: Vec<Evidence>,
 }
 
-/// What some torques of all joints say of every known load, and of none of them.
+/// Natural logarithms of densities of some torques of all joints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
-    /// Number of torques, over all joints.
-    n_torques: usize,
     /// Under each known load, (m,).
-    pub known: Vec<Density>,
+    pub known: Vec<f64>,
     /// Under a load drawn like the known ones.
-    novel: Density,
-}
-
-/// A normal density at some torques.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Density {
-    /// Natural logarithm.
-    log: f64,
-    /// Sum of the squares of the whitened residuals.
-    squares: f64,
+    pub novel: f64,
 }
 
 impl Evidence {
@@ -91,7 +75,7 @@ impl Evidence {
     pub fn best(&self) -> usize {
         let mut best = 0;
         for (load, value) in self.known.iter().enumerate() {
-            if value.log > self.known[best].log {
+            if *value > self.known[best] {
                 best = load;
             }
         }
@@ -99,14 +83,8 @@ impl Evidence {
     }
 
     /// How much better a load like the known ones explains the torques than the best known one.
-    ///
-    /// The errors may be larger than the model says, by a factor that all torques share.
     pub fn surprise(&self) -> f64 {
-        let of = |density: &Density| {
-            student_log_density(density.log, density.squares, self.n_torques, SCALE_FREEDOM)
-        };
-        let best = self.known.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
-        of(&self.novel) - best
+        self.novel - self.known[self.best()]
     }
 }
 
@@ -170,9 +148,8 @@ impl Place {
 
     fn empty(&self, n_known: usize, settings: &Settings) -> Vec<Trial> {
         let nothing = Evidence {
-            n_torques: 0,
-            known: vec![Density::default(); n_known],
-            novel: Density::default(),
+            known: vec![0.0; n_known],
+            novel: 0.0,
         };
         let noises = 0..settings.torque_noise.len();
         let of_noise = |noise_idx| {
@@ -240,17 +217,14 @@ impl Densities {
         settings: &Settings,
     ) -> Result<(), MtgpError> {
         let densities = &self.0[trial.noise_idx];
-        for (evidence, count) in trial.by_count.iter_mut().zip(&settings.counts) {
-            evidence.n_torques += count;
-        }
         for (hypothesis, density) in densities.iter().enumerate() {
             let running = density.running_log_densities(torques)?;
             for (evidence, count) in trial.by_count.iter_mut().zip(&settings.counts) {
-                let (log, squares) = running[count - 1];
-                let known = evidence.known.get_mut(hypothesis);
-                let sum = known.unwrap_or(&mut evidence.novel);
-                sum.log += log;
-                sum.squares += squares;
+                let value = running[count - 1].0;
+                match evidence.known.get_mut(hypothesis) {
+                    Some(known) => *known += value,
+                    None => evidence.novel += value,
+                }
             }
         }
         Ok(())
