@@ -46,9 +46,9 @@ impl Opening {
         noise_std: f64,
         max_rounding: f64,
     ) -> Option<Self> {
-        let excess = rounding_bound(evidence, covariance, noise_std) / (INSIDE * max_rounding);
+        let nats = rounding_bound(evidence, covariance, noise_std);
         let mut opening = Self {
-            noise_std: noise_std * excess.max(1.0).sqrt(),
+            noise_std: raised(noise_std, nats, max_rounding),
             log_marginal: f64::NEG_INFINITY,
             gradient: vec![0.0; covariance.n_params() + 1],
             evaluations: 0,
@@ -89,10 +89,15 @@ pub(crate) fn enough_noise<C: Covariance>(
 ) -> f64 {
     let nats = rounding_bound(evidence, covariance, noise_std);
     if nats > max_rounding && nats.is_finite() {
-        noise_std * (nats / (INSIDE * max_rounding)).sqrt()
+        raised(noise_std, nats, max_rounding)
     } else {
         noise_std
     }
+}
+
+/// σ at which rounding of so many nats, which goes with 1/σ², is well inside the limit; never a smaller one.
+fn raised(noise_std: f64, nats: f64, max_rounding: f64) -> f64 {
+    noise_std * (nats / (INSIDE * max_rounding)).max(1.0).sqrt()
 }
 
 #[cfg(test)]
