@@ -9,7 +9,7 @@ use std::time::Instant;
 use criterion::{BatchSize, Criterion};
 use faer::Mat;
 use gp_core::{
-    FitPosterior, FitSummary, JointModel, LikelihoodOptions, Method, Predictor, ProcessModel,
+    FitSummary, JointModel, LikelihoodOptions, Method, Posterior, Predictor, ProcessModel,
     Provenance, TorqueModel, TrainingRanges,
 };
 use kernels::{TorqueCovariance, TorqueParams};
@@ -60,7 +60,7 @@ fn joint_model(x: &Mat<f64>, joint: usize) -> JointModel {
         ..LikelihoodOptions::automatic()
     };
     let targets = torques(x, joint);
-    let posterior = FitPosterior::new(covariance(joint), NOISE_STD, x.as_ref(), &targets, options)
+    let posterior = Posterior::new(covariance(joint), NOISE_STD, x.as_ref(), &targets, options)
         .expect("the data is finite");
     JointModel::Process(Box::new(ProcessModel {
         summary: FitSummary {

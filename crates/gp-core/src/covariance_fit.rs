@@ -6,11 +6,11 @@ use kernels::Covariance;
 use crate::data::{require_noise, require_training_data};
 use crate::error::GpError;
 use crate::fit::{FitOptions, SearchScheme};
-use crate::fit_posterior::FitPosterior;
 use crate::fit_report::StartReport;
 use crate::init::StartKind;
 use crate::log_marginal::LogMarginal;
 use crate::nested::{spread_rows, stage_sizes, subset};
+use crate::posterior::Posterior;
 use crate::search::{SearchEnd, refine, search, search_near};
 use crate::search_ends::{highest, no_usable_start};
 
@@ -18,7 +18,7 @@ use crate::search_ends::{highest, no_usable_start};
 #[derive(Debug, Clone)]
 pub struct CovarianceFit<C> {
     /// The process with the hyperparameters found, conditioned on the data.
-    pub posterior: FitPosterior<C>,
+    pub posterior: Posterior<C>,
     /// The search on all samples that reached the highest likelihood.
     pub report: StartReport,
     /// Index of the start that it set out from.
@@ -84,7 +84,7 @@ pub fn fit_covariance<C: Covariance + Clone>(
         return Err(no_usable_start(&[best]));
     }
     let bounds_hit = best.bounds_hit();
-    let (posterior, error_bound) = FitPosterior::with_error_bound(
+    let (posterior, error_bound) = Posterior::with_error_bound(
         best.covariance,
         best.noise_std,
         x,

@@ -7,11 +7,11 @@ use crate::candidate::Candidate;
 use crate::data::{joints_of, require_training_data};
 use crate::error::GpError;
 use crate::evidence::LikelihoodOptions;
-use crate::fit_posterior::FitPosterior;
 use crate::fit_report::{FitReport, StageReport, StartReport};
 use crate::init::{StartKind, StartPoint, chapter_start, varied_start};
 use crate::log_marginal::LogMarginal;
 use crate::nested::{spread_rows, stage_sizes, subset};
+use crate::posterior::Posterior;
 use crate::search::{SearchEnd, refine, search_on};
 use crate::search_ends::{highest, no_usable_start};
 
@@ -123,7 +123,7 @@ impl FitOptions {
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// The process with the hyperparameters found, conditioned on the data.
-    pub posterior: FitPosterior,
+    pub posterior: Posterior,
     /// How the hyperparameters were found.
     pub report: FitReport,
 }
@@ -194,7 +194,7 @@ pub fn fit_from(
     let winner = highest(&ends).ok_or_else(|| no_usable_start(&ends))?;
 
     let end = &ends[winner];
-    let (posterior, error_bound) = FitPosterior::with_error_bound(
+    let (posterior, error_bound) = Posterior::with_error_bound(
         end.covariance.clone(),
         end.noise_std,
         x,

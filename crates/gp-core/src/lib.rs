@@ -10,14 +10,10 @@ mod error;
 mod evidence;
 mod fisher;
 mod fit;
-mod fit_posterior;
 mod fit_report;
-mod further_samples;
 mod init;
-mod joint_covariance;
 mod log_marginal;
 mod low_rank;
-mod low_rank_posterior;
 mod model;
 mod nested;
 mod opening;
@@ -40,13 +36,11 @@ pub use covariance_fit::{CovarianceFit, fit_covariance};
 pub use error::GpError;
 pub use evidence::{Evaluation, Evidence, LikelihoodOptions, Method, MethodUsed, evidence};
 pub use fit::{Fit, FitOptions, SearchScheme, Starts, fit, fit_from};
-pub use fit_posterior::FitPosterior;
 pub use fit_report::{FitReport, StageReport, StartReport};
 pub use init::{StartKind, StartPoint, chapter_start, varied_start};
 pub use log_marginal::{
     LogMarginal, log_marginal_likelihood, log_marginal_likelihood_with_gradient,
 };
-pub use low_rank_posterior::{LowRankParts, LowRankPosterior};
 pub use model::{
     FORMAT_VERSION, FitSummary, InformedModel, InformedRecord, JointModel, JointPrediction,
     ModelFileError, ModelFileKind, ModelKind, ParamsRecord, PosteriorRecord, Predictor,
@@ -55,7 +49,7 @@ pub use model::{
 };
 pub use nested::spread_rows;
 pub use optimize::StopReason;
-pub use posterior::{Posterior, Prediction};
+pub use posterior::{Basis, Posterior, Prediction};
 pub use rigid_body_fit::{
     InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess, RigidBodyCovariance,
     fit_informed, fit_rigid_body, fit_rigid_body_and_process,

@@ -17,9 +17,8 @@ use crate::covariance_fit::{CovarianceFit, fit_covariance};
 use crate::data::require_training_data;
 use crate::error::GpError;
 use crate::fit::FitOptions;
-use crate::fit_posterior::FitPosterior;
 use crate::init::{chapter_start, varied_start};
-use crate::posterior::Prediction;
+use crate::posterior::{Posterior, Prediction};
 
 /// Covariance of rbd: the regressor's columns of rows (x, Y(x)).
 pub type RigidBodyCovariance = OnColumns<RigidBody>;
@@ -157,7 +156,7 @@ impl<C: Covariance> InformedFit<C> {
 /// Means and latent variances of the torque, from the posterior of its deviation from Yπ₀.
 pub(crate) fn predict<C: Covariance>(
     prior: &ParameterPrior,
-    posterior: &FitPosterior<C>,
+    posterior: &Posterior<C>,
     x: MatRef<'_, f64>,
     regressor: MatRef<'_, f64>,
 ) -> Result<Prediction, GpError> {
@@ -206,7 +205,7 @@ impl InformedFit<RigidBodyAndProcess> {
 
 /// The mean of y(π − π₀) is linear in y: its entries at the unit rows, and π₀.
 fn parameter_mean(
-    posterior: &FitPosterior<RigidBodyCovariance>,
+    posterior: &Posterior<RigidBodyCovariance>,
     prior: &ParameterPrior,
 ) -> Result<Vec<f64>, GpError> {
     let (first, p) = (posterior.covariance().columns().start, prior.mean.len());

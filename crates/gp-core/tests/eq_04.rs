@@ -6,7 +6,7 @@ use kernels::{Covariance, TorqueCovariance};
 use crate::fixture::{Case, D, case, conditioning_error, matrix, numbers, rows};
 
 fn posterior(case: &Case) -> Posterior<TorqueCovariance> {
-    Posterior::new(
+    Posterior::dense(
         case.covariance.clone(),
         case.noise_std,
         case.x.as_ref(),

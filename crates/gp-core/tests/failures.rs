@@ -65,7 +65,7 @@ fn bad_shapes_are_errors() {
 fn predictions_refuse_other_widths_and_bad_numbers() {
     let x = uniform_inputs(3, 6, 3);
     let covariance = TorqueCovariance::unit(1, TorqueForm::Coulomb);
-    let posterior = Posterior::new(covariance, 0.1, x.as_ref(), &[1.0; 6]).unwrap();
+    let posterior = Posterior::dense(covariance, 0.1, x.as_ref(), &[1.0; 6]).unwrap();
     let wide = GpError::WrongCovariates {
         found: 6,
         expected: 3,
@@ -81,7 +81,7 @@ fn predictions_refuse_other_widths_and_bad_numbers() {
 fn noise_that_is_not_positive_is_an_error() {
     let x = uniform_inputs(3, 6, 3);
     let covariance = TorqueCovariance::unit(1, TorqueForm::Smooth);
-    let error = Posterior::new(covariance, 0.0, x.as_ref(), &[1.0; 6]).unwrap_err();
+    let error = Posterior::dense(covariance, 0.0, x.as_ref(), &[1.0; 6]).unwrap_err();
     assert_eq!(error, GpError::BadNoise { value: 0.0 });
 }
 

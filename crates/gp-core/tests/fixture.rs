@@ -74,7 +74,7 @@ pub fn case(name: &str) -> Case {
 
 /// Relative error that n roundings of K leave in K⁻¹: n ε κ(K).
 pub fn conditioning_error(case: &Case) -> f64 {
-    let posterior = gp_core::Posterior::new(
+    let posterior = gp_core::Posterior::dense(
         case.covariance.clone(),
         case.noise_std,
         case.x.as_ref(),
@@ -82,5 +82,5 @@ pub fn conditioning_error(case: &Case) -> f64 {
     )
     .unwrap();
     let n = case.targets.len() as f64;
-    n * f64::EPSILON * posterior.factor().condition_lower_bound()
+    n * f64::EPSILON * posterior.basis().factor.condition_lower_bound()
 }

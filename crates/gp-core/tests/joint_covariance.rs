@@ -2,7 +2,7 @@
 
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
-use gp_core::{FitPosterior, GpError, LikelihoodOptions, Method, Posterior};
+use gp_core::{GpError, LikelihoodOptions, Method, Posterior};
 use kernels::Covariance;
 
 use crate::curves;
@@ -44,7 +44,8 @@ fn dense_covariance_is_that_of_the_textbook() {
     let (covariance, noise_std) = (case.covariance.clone(), case.noise_std);
     let expected = textbook(&covariance, noise_std, &case.x, &points);
     let tolerance = conditioning_error(&case) * covariance.gram(points.as_ref()).norm_max();
-    let posterior = Posterior::new(covariance, noise_std, case.x.as_ref(), &case.targets).unwrap();
+    let posterior =
+        Posterior::dense(covariance, noise_std, case.x.as_ref(), &case.targets).unwrap();
     let found = posterior.predict_covariance(points.as_ref()).unwrap();
     let difference = (&found - expected).norm_max();
     assert!(difference <= tolerance, "{difference:e} {tolerance:e}");
@@ -65,14 +66,13 @@ fn low_rank_covariance_is_near_the_dense_one() {
     let covariance = curves::covariance(4.0);
     let targets = curves::targets(&x);
     // An explicit inverse would lose 1e-6 here: κ(K) is near 1e8, the prior variance near 300.
-    let dense = Posterior::new(covariance.clone(), noise_std, x.as_ref(), &targets).unwrap();
+    let dense = Posterior::dense(covariance.clone(), noise_std, x.as_ref(), &targets).unwrap();
     let expected = dense.predict_covariance(points.as_ref()).unwrap();
     let options = LikelihoodOptions {
         method: Method::Certified,
         certificate: 1e-6,
     };
-    let posterior =
-        FitPosterior::new(covariance, noise_std, x.as_ref(), &targets, options).unwrap();
+    let posterior = Posterior::new(covariance, noise_std, x.as_ref(), &targets, options).unwrap();
     assert!(posterior.rank() < 150, "{}", posterior.rank());
     let found = posterior.predict_covariance(points.as_ref()).unwrap();
     assert_symmetric(&found);
@@ -98,7 +98,7 @@ fn low_rank_covariance_is_near_the_dense_one() {
 #[test]
 fn points_that_do_not_fit_are_refused() {
     let case = case("well");
-    let posterior = Posterior::new(
+    let posterior = Posterior::dense(
         case.covariance.clone(),
         case.noise_std,
         case.x.as_ref(),

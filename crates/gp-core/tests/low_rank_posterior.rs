@@ -1,26 +1,23 @@
 //! Predictions from a few pivots are those of the whole matrix.
 
 use faer::Mat;
-use gp_core::{
-    FitOptions, FitPosterior, GpError, LikelihoodOptions, LowRankPosterior, Method, Posterior, fit,
-};
+use gp_core::{FitOptions, GpError, LikelihoodOptions, Method, Posterior, fit};
 use kernels::TorqueForm;
 
 use crate::curves;
 
 const NOISE_STD: f64 = 0.03;
 
-fn low_rank(x: &Mat<f64>, certificate: f64) -> LowRankPosterior<kernels::TorqueCovariance> {
+fn low_rank(x: &Mat<f64>, certificate: f64) -> Posterior {
     let options = LikelihoodOptions {
         method: Method::Certified,
         certificate,
     };
     let targets = curves::targets(x);
     let covariance = curves::covariance(4.0);
-    match FitPosterior::new(covariance, NOISE_STD, x.as_ref(), &targets, options).unwrap() {
-        FitPosterior::LowRank(posterior) => posterior,
-        FitPosterior::Dense(_) => panic!("the low-rank path was asked for"),
-    }
+    let posterior = Posterior::new(covariance, NOISE_STD, x.as_ref(), &targets, options).unwrap();
+    assert!(posterior.basis().is_on_pivots());
+    posterior
 }
 
 /// Points on the curves, beside them, and far away.
@@ -36,7 +33,7 @@ fn points() -> Mat<f64> {
 fn mean_and_variance_are_those_of_the_dense_posterior() {
     let x = curves::inputs(400);
     let targets = curves::targets(&x);
-    let dense = Posterior::new(curves::covariance(4.0), NOISE_STD, x.as_ref(), &targets).unwrap();
+    let dense = Posterior::dense(curves::covariance(4.0), NOISE_STD, x.as_ref(), &targets).unwrap();
     let expected = dense.predict(points().as_ref()).unwrap();
     let found = low_rank(&x, 1e-4);
     assert!(found.rank() < 100, "{}", found.rank());
@@ -66,7 +63,7 @@ fn mean_and_variance_are_those_of_the_dense_posterior() {
 fn posterior_survives_being_taken_apart() {
     let x = curves::inputs(200);
     let found = low_rank(&x, 1e-4);
-    let again = LowRankPosterior::from_parts(found.covariance().clone(), found.parts().clone());
+    let again = Posterior::from_parts(found.covariance().clone(), NOISE_STD, found.basis().clone());
     let again = again.unwrap().predict(points().as_ref()).unwrap();
     assert_eq!(again, found.predict(points().as_ref()).unwrap());
 }
@@ -74,19 +71,19 @@ fn posterior_survives_being_taken_apart() {
 #[test]
 fn parts_that_do_not_fit_together_are_errors() {
     let found = low_rank(&curves::inputs(200), 1e-4);
-    let rebuild = |change: &dyn Fn(&mut gp_core::LowRankParts)| {
-        let mut parts = found.parts().clone();
-        change(&mut parts);
-        LowRankPosterior::from_parts(found.covariance().clone(), parts).unwrap_err()
+    let rebuild = |change: &dyn Fn(&mut gp_core::Basis, &mut f64)| {
+        let (mut basis, mut noise_std) = (found.basis().clone(), NOISE_STD);
+        change(&mut basis, &mut noise_std);
+        Posterior::from_parts(found.covariance().clone(), noise_std, basis).unwrap_err()
     };
     let rank = found.rank();
-    let short = rebuild(&|parts| parts.weights.truncate(rank - 1));
+    let short = rebuild(&|basis, _| basis.weights.truncate(rank - 1));
     assert!(matches!(short, GpError::CountMismatch { .. }));
-    let noise = rebuild(&|parts| parts.noise_std = 0.0);
+    let noise = rebuild(&|_, noise_std| *noise_std = 0.0);
     assert!(matches!(noise, GpError::BadNoise { .. }));
-    let weight = rebuild(&|parts| parts.weights[3] = f64::NAN);
+    let weight = rebuild(&|basis, _| basis.weights[3] = f64::NAN);
     assert!(matches!(weight, GpError::NonFiniteTarget { row: 3, .. }));
-    let factor = rebuild(&|parts| parts.noise_factor[(1, 2)] = f64::INFINITY);
+    let factor = rebuild(&|basis, _| basis.noise_factor.as_mut().unwrap()[(1, 2)] = f64::INFINITY);
     assert!(matches!(
         factor,
         GpError::NonFiniteInput {
@@ -126,7 +123,7 @@ fn a_dense_posterior_goes_on_pivots() {
     let conditioned = |scale: f64| {
         let options = LikelihoodOptions::dense();
         let targets = curves::targets(&x);
-        FitPosterior::new(
+        Posterior::new(
             curves::covariance(scale),
             NOISE_STD,
             x.as_ref(),
@@ -135,11 +132,13 @@ fn a_dense_posterior_goes_on_pivots() {
         )
         .unwrap()
     };
-    let FitPosterior::LowRank(moved) = conditioned(4.0).on_pivots(1e-4).unwrap() else {
-        panic!("a smooth covariance needs few pivots");
-    };
+    let moved = conditioned(4.0).on_pivots(1e-4).unwrap();
+    assert!(
+        moved.basis().is_on_pivots(),
+        "a smooth covariance needs few pivots"
+    );
     let direct = low_rank(&x, 1e-4);
-    assert_eq!(moved.parts().pivots, direct.parts().pivots);
+    assert_eq!(moved.basis().points, direct.basis().points);
     // The targets come back from the factor to some n ε of K, far below a mean's 1e-7.
     let found = moved.predict(points().as_ref()).unwrap();
     let expected = direct.predict(points().as_ref()).unwrap();

@@ -1,7 +1,7 @@
 //! The predictor of a control loop against the model it is made from.
 
 use faer::{Mat, RowRef};
-use gp_core::{FitPosterior, JointModel, LinearForm, Method, ProcessModel, TorqueModel};
+use gp_core::{JointModel, LinearForm, Method, Posterior, ProcessModel, TorqueModel};
 use kernels::{Covariance, TorqueForm};
 
 use crate::samples::uniform_inputs;
@@ -52,16 +52,12 @@ fn absolute_product(l: &Mat<f64>, v: &[f64]) -> Vec<f64> {
 fn tolerances(process: &ProcessModel, x: &[f64]) -> (f64, f64) {
     let eps = f64::EPSILON;
     let covariance = process.posterior.covariance();
-    let (points, weights, l, noise) = match &process.posterior {
-        FitPosterior::Dense(p) => (p.x(), p.alpha(), p.factor().l().to_owned(), None),
-        FitPosterior::LowRank(p) => {
-            let parts = p.parts();
-            let r_transposed = parts.noise_factor.transpose().to_owned();
-            let noise = (r_transposed, parts.noise_std.powi(2));
-            let l = parts.pivot_factor.clone();
-            (parts.pivots.as_ref(), &parts.weights[..], l, Some(noise))
-        }
-    };
+    let basis = process.posterior.basis();
+    let (points, weights) = (basis.points.as_ref(), &basis.weights);
+    let l = basis.factor.l().to_owned();
+    let noise_var = process.posterior.noise_std().powi(2);
+    let noise = basis.noise_factor.as_ref();
+    let noise = noise.map(|r| (r.transpose().to_owned(), noise_var));
     let (r, d) = (points.nrows(), points.ncols());
     let params = covariance.named_params();
     let largest_z = |p: usize| -> f64 {

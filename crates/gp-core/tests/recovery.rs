@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use gp_core::{
-    Fit, FitOptions, FitPosterior, LikelihoodOptions, LogMarginal, SearchScheme, StartKind,
+    Fit, FitOptions, LikelihoodOptions, LogMarginal, Posterior, SearchScheme, StartKind,
     StartPoint, StopReason, fit, fit_from, log_marginal_likelihood, refine, search, search_near,
 };
 use kernels::{SeArd, TorqueCovariance, TorqueForm, TorqueParams};
@@ -153,7 +153,7 @@ fn any_covariance_is_searched_from_one_start() {
         "{:?} below {of_truth}",
         end.report
     );
-    let posterior = FitPosterior::new(
+    let posterior = Posterior::new(
         end.covariance,
         end.noise_std,
         x.as_ref(),

@@ -96,7 +96,7 @@ fn process_is_linear_regression_one_sample_at_a_time() {
         beliefs.log_evidence
     );
 
-    let posterior = Posterior::new(prior, noise_std, y.as_ref(), &targets).unwrap();
+    let posterior = Posterior::dense(prior, noise_std, y.as_ref(), &targets).unwrap();
     let prediction = posterior.predict(y_test.as_ref()).unwrap();
     for idx in 0..5 {
         let (mean, var) = beliefs.predict(&row(y_test.as_ref(), idx));
@@ -245,7 +245,7 @@ fn joints_teach_each_other_the_parameters_they_share() {
     let second = [0.0, 1.0];
     let y = Mat::from_fn(2, 2, |row, col| [first, second][row][col]);
     let prior = RigidBody::independent(&[1.0, 1.0], 100.0).unwrap();
-    let joint = Posterior::new(prior, 1e-2, y.as_ref(), &[5.0, 2.0]).unwrap();
+    let joint = Posterior::dense(prior, 1e-2, y.as_ref(), &[5.0, 2.0]).unwrap();
     let unit = Mat::from_fn(1, 2, |_, col| if col == 0 { 1.0 } else { 0.0 });
     // π₁ = 5 − 2, shrunk by σ²/s² = 10⁻⁸ of itself, a few times.
     let mean = joint.predict_mean(unit.as_ref()).unwrap()[0];

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use gp_core::{
-    BayesLinear, FitPosterior, FitSummary, JointModel, LikelihoodOptions, LinearForm, Method,
+    BayesLinear, FitSummary, JointModel, LikelihoodOptions, LinearForm, Method, Posterior,
     ProcessModel, Provenance, TorqueModel, TrainingRanges,
 };
 use kernels::{TorqueCovariance, TorqueForm, TorqueParams};
@@ -46,7 +46,7 @@ pub fn process(x: &Mat<f64>, joint_idx: usize, form: TorqueForm, method: Method)
         certificate: 1e-4,
     };
     let cov = covariance(form);
-    let posterior = FitPosterior::new(cov, 0.05, x.as_ref(), &targets, options).unwrap();
+    let posterior = Posterior::new(cov, 0.05, x.as_ref(), &targets, options).unwrap();
     JointModel::Process(Box::new(ProcessModel {
         summary: FitSummary {
             log_marginal: -12.5,

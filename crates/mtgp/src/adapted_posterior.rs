@@ -1,16 +1,17 @@
 //! Predictions of all contexts, the new one among them, from the old data and its own.
 
-use faer::{Mat, MatRef};
-use gp_core::{Factor, FitPosterior, Prediction};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, MatRef, Par};
+use gp_core::{Factor, Posterior, Prediction};
 use kernels::Covariance;
 
-use crate::basis::{Basis, add_inner_product, add_transposed_product, mirror};
 use crate::error::MtgpError;
 use crate::latent_functions::{LatentFunctions, require_inputs};
 use crate::novel_context::NewTorques;
 use crate::predictive::{ContextModel, PredictiveDensity, require_torques};
 use crate::prior::MultiTaskCovariance;
 use crate::task_row::TaskRow;
+use crate::whitening::{add_inner_product, add_transposed_product, mirror, points_of};
 
 /// Test points that are worked on together: bounds the memory to (n, `BLOCK`).
 const BLOCK: usize = 128;
@@ -30,7 +31,7 @@ const BLOCK: usize = 128;
 /// Section 5: inference with the grown K^ρ; eqs. (3)–(4) applied to D and then to D*.
 #[derive(Debug, Clone)]
 pub struct AdaptedPosterior {
-    posterior: FitPosterior<MultiTaskCovariance>,
+    posterior: Posterior<MultiTaskCovariance>,
     /// Rows of all contexts, the new one last, (m + 1,).
     rows: Vec<TaskRow>,
     x: Mat<f64>,
@@ -49,7 +50,7 @@ impl AdaptedPosterior {
     /// Shapes and numbers of inputs, torques and row as for [`crate::log_density_of_row`] and
     /// [`LatentFunctions::new`]; [`gp_core::GpError::NotPositiveDefinite`].
     pub fn new(
-        posterior: FitPosterior<MultiTaskCovariance>,
+        posterior: Posterior<MultiTaskCovariance>,
         row: TaskRow,
         x: MatRef<'_, f64>,
         torques: &[f64],
@@ -69,7 +70,7 @@ impl AdaptedPosterior {
     /// # Panics
     /// If the latent functions are not those at the rows of `x`.
     pub fn from_latent(
-        posterior: FitPosterior<MultiTaskCovariance>,
+        posterior: Posterior<MultiTaskCovariance>,
         row: TaskRow,
         x: MatRef<'_, f64>,
         new: NewTorques<'_>,
@@ -83,13 +84,13 @@ impl AdaptedPosterior {
             .collect();
         let alpha = density.factor().solve(&residual);
 
-        let basis = Basis::of(&posterior);
-        require_inputs(x, basis.points().0.ncols())?;
+        let basis = posterior.basis();
+        require_inputs(x, points_of(&posterior).0.ncols())?;
         let mut explained = cross_with_basis(&posterior, &row, x); // (b, k)
-        basis.solve_in_place(&mut explained);
+        basis.solve_in_place(posterior.noise_std(), &mut explained);
         let mut correction = vec![0.0; explained.nrows()];
         add_transposed_product(explained.transpose(), &alpha, &mut correction);
-        let weights = basis.weights().iter().zip(correction);
+        let weights = basis.weights.iter().zip(correction);
         let weights = weights.map(|(weight, part)| weight - part).collect();
 
         let mut rows = posterior.covariance().task().rows();
@@ -121,7 +122,7 @@ impl AdaptedPosterior {
     }
 
     /// The posterior given the old data.
-    pub fn posterior(&self) -> &FitPosterior<MultiTaskCovariance> {
+    pub fn posterior(&self) -> &Posterior<MultiTaskCovariance> {
         &self.posterior
     }
 
@@ -268,7 +269,7 @@ impl AdaptedPosterior {
         let prior = self.posterior.covariance().input().diag(x);
         let own = row.dot(&row.entries) + row.own_std * row.own_std;
         let mut variances: Vec<f64> = prior.iter().map(|prior| own * prior).collect();
-        Basis::of(&self.posterior).condition_variances(k_bf.clone(), &mut variances);
+        condition_variances(&self.posterior, k_bf.clone(), &mut variances);
         let half = self.half_solved(k_bf, c_sf.clone());
         for (variance, column) in variances.iter_mut().zip(half.col_iter()) {
             *variance -= column.squared_norm_l2();
@@ -277,13 +278,38 @@ impl AdaptedPosterior {
     }
 }
 
+/// c(f, f) → var_D(f) for every column c(B, f) of `cross`, which rounding can take below zero.
+///
+/// # Shapes
+/// `cross` (b, p); `variances` (p,).
+fn condition_variances(
+    posterior: &Posterior<MultiTaskCovariance>,
+    mut cross: Mat<f64>,
+    variances: &mut [f64],
+) {
+    let basis = posterior.basis();
+    basis.factor.half_solve_in_place(cross.as_mut());
+    for (variance, column) in variances.iter_mut().zip(cross.col_iter()) {
+        *variance -= column.squared_norm_l2();
+    }
+    if let Some(r) = &basis.noise_factor {
+        let noise_var = posterior.noise_std() * posterior.noise_std();
+        solve_lower_triangular_in_place(r.transpose(), cross.as_mut(), Par::Seq);
+        for (variance, column) in variances.iter_mut().zip(cross.col_iter()) {
+            // The comparison lets NaN through, which f64::max would turn into certainty.
+            let unexplained = if *variance < 0.0 { 0.0 } else { *variance };
+            *variance = unexplained + noise_var * column.squared_norm_l2();
+        }
+    }
+}
+
 /// c(B, f) for the torques f of a task: Λ_γ(a)·λ c^x(x_a, x), (b, p).
 fn cross_with_basis(
-    posterior: &FitPosterior<MultiTaskCovariance>,
+    posterior: &Posterior<MultiTaskCovariance>,
     row: &TaskRow,
     x: MatRef<'_, f64>,
 ) -> Mat<f64> {
-    let (points, tasks) = Basis::of(posterior).points();
+    let (points, tasks) = points_of(posterior);
     let prior = posterior.covariance();
     let known = prior.task().rows();
     let loading: Vec<f64> = known.iter().map(|known| row.dot(&known.entries)).collect();

@@ -2,7 +2,7 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
-use gp_core::FitPosterior;
+use gp_core::Posterior;
 use kernels::Covariance;
 
 use crate::error::MtgpError;
@@ -72,17 +72,11 @@ impl TaskProcess {
 }
 
 /// Means at inputs that fit and are finite.
-fn means_of_all_tasks(
-    posterior: &FitPosterior<MultiTaskCovariance>,
-    x: MatRef<'_, f64>,
-) -> Mat<f64> {
-    let (rows, weights) = match posterior {
-        FitPosterior::Dense(posterior) => (posterior.x(), posterior.alpha()),
-        FitPosterior::LowRank(posterior) => {
-            let parts = posterior.parts();
-            (parts.pivots.as_ref(), parts.weights.as_slice())
-        }
-    };
+fn means_of_all_tasks(posterior: &Posterior<MultiTaskCovariance>, x: MatRef<'_, f64>) -> Mat<f64> {
+    let (rows, weights) = (
+        posterior.basis().points.as_ref(),
+        &posterior.basis().weights,
+    );
     let k_task = posterior.covariance().task().k_task();
     let n_tasks = k_task.nrows();
     let (x_known, tasks) = split(rows, n_tasks);

@@ -1,6 +1,6 @@
 //! The context on-line: one state and its torques at a time, with bounded work and no allocation.
 
-use gp_core::{FitPosterior, GpError};
+use gp_core::{GpError, Posterior};
 
 use crate::context_estimate::ContextPrior;
 use crate::context_filter::{ContextFilter, ContextTransition};
@@ -46,7 +46,7 @@ impl ContextTracker {
     /// their number of contexts, or joints in their covariates; [`GpError::NotPositiveDefinite`]
     /// if a posterior's factor is not finite.
     pub fn new<'a>(
-        joints: impl IntoIterator<Item = &'a FitPosterior<MultiTaskCovariance>>,
+        joints: impl IntoIterator<Item = &'a Posterior<MultiTaskCovariance>>,
         window: usize,
         prior: &ContextPrior,
         transition: ContextTransition,

@@ -1,14 +1,14 @@
 //! The latent functions of eq. (16) at new inputs, conditioned on the data of all tasks.
 
 use faer::{Mat, MatRef};
-use gp_core::{FitPosterior, GpError};
+use gp_core::{GpError, Posterior};
 use kernels::Covariance;
 
-use crate::basis::{Basis, add_transposed_product, mirror};
 use crate::error::MtgpError;
 use crate::predictive::PredictiveDensity;
 use crate::prior::MultiTaskCovariance;
 use crate::task_row::TaskRow;
+use crate::whitening::{add_transposed_product, mirror, points_of};
 
 /// Posterior of the r latent functions at k new inputs: all that any task's torques there need.
 ///
@@ -46,11 +46,10 @@ impl LatentFunctions {
     /// # Errors
     /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
     pub fn new(
-        posterior: &FitPosterior<MultiTaskCovariance>,
+        posterior: &Posterior<MultiTaskCovariance>,
         x: MatRef<'_, f64>,
     ) -> Result<Self, MtgpError> {
-        let basis = Basis::of(posterior);
-        let (points, tasks) = basis.points();
+        let (points, tasks) = points_of(posterior);
         require_inputs(x, points.ncols())?;
         let input = posterior.covariance().input();
         let root = posterior.covariance().task().root();
@@ -69,8 +68,9 @@ impl LatentFunctions {
         }
 
         let mut stacked = vec![0.0; rank * k];
-        add_transposed_product(cross.as_ref(), basis.weights(), &mut stacked);
-        basis.condition(cross, &mut covariance);
+        let weights = &posterior.basis().weights;
+        add_transposed_product(cross.as_ref(), weights, &mut stacked);
+        posterior.condition_covariance(cross, &mut covariance);
         Ok(Self {
             mean: Mat::from_fn(k, rank, |row, c| stacked[c * k + row]),
             covariance,

@@ -1,13 +1,13 @@
 //! The latent functions of eq. (16) at one state after another, without allocating.
 
 use faer::MatRef;
-use gp_core::FitPosterior;
+use gp_core::Posterior;
 use kernels::{TorqueParams, exp_in_place, lane_dot, sgn};
 
-use crate::basis::Basis;
 use crate::error::MtgpError;
 use crate::prior::MultiTaskCovariance;
 use crate::triangular_rows::TriangularRows;
+use crate::whitening::{points_of, whitening};
 
 /// What a posterior has learned of one joint, laid out for one state at a time.
 ///
@@ -41,11 +41,10 @@ pub(crate) struct LatentSample {
 impl LatentPredictor {
     /// # Errors
     /// [`gp_core::GpError::NotPositiveDefinite`] if a factor of the posterior is not finite.
-    pub fn new(posterior: &FitPosterior<MultiTaskCovariance>) -> Result<Self, MtgpError> {
-        let basis = Basis::of(posterior);
+    pub fn new(posterior: &Posterior<MultiTaskCovariance>) -> Result<Self, MtgpError> {
         let prior = posterior.covariance();
         let params = prior.input().named_params();
-        let (points, tasks) = basis.points();
+        let (points, tasks) = points_of(posterior);
         let root = prior.task().root();
         let n_signs = params.coulomb_std.as_ref().map_or(0, Vec::len);
         let velocities = points.subcols(prior.input().n_joints(), n_signs);
@@ -58,8 +57,8 @@ impl LatentPredictor {
                 .flat_map(loading)
                 .map(|place| root[place])
                 .collect(),
-            weights: basis.weights().to_vec(),
-            whitening: basis.whitening()?,
+            weights: posterior.basis().weights.clone(),
+            whitening: whitening(posterior)?,
             rank: root.ncols(),
         })
     }

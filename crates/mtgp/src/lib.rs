@@ -3,7 +3,6 @@
 mod adapted_posterior;
 mod all_tasks;
 mod baselines;
-mod basis;
 mod bic;
 mod climb;
 mod context_estimate;
@@ -42,6 +41,7 @@ mod task_start;
 mod torque_noise;
 mod triangular_rows;
 mod unknown_context;
+mod whitening;
 mod window_factor;
 
 pub use adapted_posterior::AdaptedPosterior;

@@ -1,7 +1,7 @@
 //! The joint predictive density of several new torques of one joint under one context.
 
 use faer::{ColMut, Mat, MatRef};
-use gp_core::{Factor, FitPosterior, GpError};
+use gp_core::{Factor, GpError, Posterior};
 use kernels::Covariance;
 
 use crate::error::{MtgpError, require_count};
@@ -47,9 +47,9 @@ impl PredictiveDensity {
     /// The density that a posterior gives to new torques at the rows of `x`.
     ///
     /// # Errors
-    /// As for [`FitPosterior::predict_covariance`], and as for [`PredictiveDensity::new`].
+    /// As for [`Posterior::predict_covariance`], and as for [`PredictiveDensity::new`].
     pub fn of_posterior<C: Covariance>(
-        posterior: &FitPosterior<C>,
+        posterior: &Posterior<C>,
         x: MatRef<'_, f64>,
     ) -> Result<Self, MtgpError> {
         let mean = posterior.predict_mean(x)?;
@@ -155,7 +155,7 @@ pub trait ContextModel {
 }
 
 /// The contexts are the tasks; the latent functions are conditioned once for all of them.
-impl ContextModel for FitPosterior<MultiTaskCovariance> {
+impl ContextModel for Posterior<MultiTaskCovariance> {
     fn n_contexts(&self) -> usize {
         self.covariance().n_tasks()
     }
@@ -171,7 +171,7 @@ impl ContextModel for FitPosterior<MultiTaskCovariance> {
 }
 
 /// A model of its own for every context.
-impl<C: Covariance> ContextModel for Vec<FitPosterior<C>> {
+impl<C: Covariance> ContextModel for Vec<Posterior<C>> {
     fn n_contexts(&self) -> usize {
         self.len()
     }

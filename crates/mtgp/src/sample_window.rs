@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use gp_core::FitPosterior;
+use gp_core::Posterior;
 
 use crate::error::MtgpError;
 use crate::latent_predictor::{LatentPredictor, LatentSample};
@@ -40,7 +40,7 @@ impl SampleWindow {
     /// # Errors
     /// As for [`LatentPredictor::new`].
     pub fn new(
-        posterior: &FitPosterior<MultiTaskCovariance>,
+        posterior: &Posterior<MultiTaskCovariance>,
         window: usize,
     ) -> Result<Self, MtgpError> {
         let predictor = LatentPredictor::new(posterior)?;

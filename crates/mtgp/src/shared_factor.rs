@@ -10,7 +10,7 @@
 
 use faer::{Mat, MatRef};
 use gp_core::optimize::{MinimizeOptions, Objective, Rounds, StopReason, minimize_in_metric};
-use gp_core::{FitPosterior, GpError, LogMarginal, add_prior_information, information};
+use gp_core::{GpError, LogMarginal, Posterior, add_prior_information, information};
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
 
 use crate::error::{MtgpError, require_count};
@@ -48,7 +48,7 @@ impl From<&TaskFit> for JointStart {
 #[derive(Debug, Clone)]
 pub struct SharedFit {
     /// The process of every joint, conditioned on its torques; all have the same Λ.
-    pub joints: Vec<FitPosterior<MultiTaskCovariance>>,
+    pub joints: Vec<Posterior<MultiTaskCovariance>>,
     /// log L_i of every joint, natural log.
     pub log_marginals: Vec<f64>,
     /// Σ_i log L_i at the start.
@@ -144,7 +144,7 @@ pub fn fit_shared(
         let evaluation = evidence.evaluate(&covariance, noise_std, &mut gradient)?;
         log_marginals.push(evaluation.log_marginal_likelihood);
         let likelihood = options.likelihood;
-        joints.push(FitPosterior::new(
+        joints.push(Posterior::new(
             covariance, noise_std, x, targets, likelihood,
         )?);
     }

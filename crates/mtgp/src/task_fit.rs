@@ -2,8 +2,7 @@
 
 use faer::{Mat, MatRef};
 use gp_core::{
-    FitPosterior, GpError, LikelihoodOptions, MethodUsed, Prediction, StartKind, StartReport,
-    Starts,
+    GpError, LikelihoodOptions, MethodUsed, Posterior, Prediction, StartKind, StartReport, Starts,
 };
 use kernels::TorqueForm;
 
@@ -212,7 +211,7 @@ impl TaskFitReport {
 #[derive(Debug, Clone)]
 pub struct TaskFit {
     /// The process with the hyperparameters found, conditioned on the data.
-    pub posterior: FitPosterior<MultiTaskCovariance>,
+    pub posterior: Posterior<MultiTaskCovariance>,
     /// How the hyperparameters were found.
     pub report: TaskFitReport,
 }
@@ -225,7 +224,7 @@ impl TaskFit {
         climb: Climb<MultiTaskCovariance>,
         likelihood: LikelihoodOptions,
     ) -> Result<Self, MtgpError> {
-        let (posterior, error_bound) = FitPosterior::with_error_bound(
+        let (posterior, error_bound) = Posterior::with_error_bound(
             climb.covariance,
             climb.noise_std,
             data.inputs(),

@@ -8,7 +8,7 @@
 //! log p(t) = log p′(t′) − Σ_γ n_γ log σ_γ
 //! ```
 
-use gp_core::{Evaluation, Evidence, FitPosterior, LikelihoodOptions, LogMarginal, Prediction};
+use gp_core::{Evaluation, Evidence, LikelihoodOptions, LogMarginal, Posterior, Prediction};
 use kernels::Covariance;
 
 use faer::{Mat, MatRef};
@@ -129,7 +129,7 @@ impl TaskNoise {
         options: LikelihoodOptions,
     ) -> Result<TaskNoisePosterior, MtgpError> {
         let targets = self.white_targets(data, targets)?;
-        let white = FitPosterior::new(self.white_prior()?, 1.0, data.inputs(), &targets, options)?;
+        let white = Posterior::new(self.white_prior()?, 1.0, data.inputs(), &targets, options)?;
         Ok(TaskNoisePosterior {
             white,
             task_noise_std: self.task_noise_std.clone(),
@@ -218,7 +218,7 @@ fn factor_of(task: &TaskCovariance) -> Result<TaskFactor, MtgpError> {
 #[derive(Debug, Clone)]
 pub struct TaskNoisePosterior {
     /// Of torques in units of their task's noise.
-    white: FitPosterior<MultiTaskCovariance>,
+    white: Posterior<MultiTaskCovariance>,
     task_noise_std: Vec<f64>,
 }
 
@@ -242,7 +242,7 @@ impl TaskNoisePosterior {
     }
 
     /// The process of torques in units of their task's noise, with unit noise.
-    pub fn white(&self) -> &FitPosterior<MultiTaskCovariance> {
+    pub fn white(&self) -> &Posterior<MultiTaskCovariance> {
         &self.white
     }
 

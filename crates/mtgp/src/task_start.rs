@@ -4,7 +4,7 @@
 //! eq. (27). Where they are not, the model of stage 1 fills in.
 
 use faer::{Mat, MatRef};
-use gp_core::{FitPosterior, LikelihoodOptions};
+use gp_core::{LikelihoodOptions, Posterior};
 use kernels::TorqueCovariance;
 
 use crate::error::MtgpError;
@@ -84,7 +84,7 @@ pub fn augmented_k_task(
     let mut solved = Mat::zeros(n_inputs, n_tasks); // (K^x + η²I)⁻¹ T_aug
     for task in 0..n_tasks {
         let (x, targets) = (augmented.x.as_ref(), augmented.t_aug.col_as_slice(task));
-        let smoother = FitPosterior::new(input.clone(), eta_var.sqrt(), x, targets, likelihood)?;
+        let smoother = Posterior::new(input.clone(), eta_var.sqrt(), x, targets, likelihood)?;
         let means = smoother.predict_mean(x)?;
         for (row, (target, mean)) in targets.iter().zip(means).enumerate() {
             solved[(row, task)] = (target - mean) / eta_var;

@@ -1,7 +1,7 @@
 //! Torques that are measured with more noise than those that were learned from.
 
 use faer::MatRef;
-use gp_core::FitPosterior;
+use gp_core::Posterior;
 
 use crate::error::MtgpError;
 use crate::latent_functions::LatentFunctions;
@@ -18,7 +18,7 @@ use crate::prior::MultiTaskCovariance;
 #[derive(Clone, Copy)]
 pub struct WithTorqueNoise<'a> {
     /// The joint's model.
-    pub posterior: &'a FitPosterior<MultiTaskCovariance>,
+    pub posterior: &'a Posterior<MultiTaskCovariance>,
     /// Standard deviation of the noise that is not in σ, N·m.
     pub noise_std: f64,
 }

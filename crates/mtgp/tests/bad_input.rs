@@ -1,7 +1,7 @@
 //! Data at the edges: what is refused, and what has an answer although it says little.
 
 use faer::Mat;
-use gp_core::{FitPosterior, GpError, LikelihoodOptions, Method, Posterior, evidence};
+use gp_core::{GpError, LikelihoodOptions, Method, Posterior, evidence};
 use kernels::{TorqueCovariance, TorqueForm};
 use mtgp::{MtgpError, MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor, with_task};
 
@@ -97,7 +97,7 @@ fn context_with_one_sample_learns_from_the_others() {
     let factor = TaskFactor::from_entries(2, 1, &[1.0, 1.5]).unwrap();
     let input = TorqueCovariance::unit(1, TorqueForm::Coulomb);
     let prior = MultiTaskCovariance::new(input, TaskCovariance::Factor(factor));
-    let posterior = Posterior::new(prior, 0.05, data.inputs(), &data.stack(&torques)).unwrap();
+    let posterior = Posterior::dense(prior, 0.05, data.inputs(), &data.stack(&torques)).unwrap();
     let means = posterior
         .predict_mean(with_task(x.as_ref(), 1).as_ref())
         .unwrap();
@@ -127,7 +127,7 @@ fn identical_inputs_have_a_likelihood_and_average() {
         assert!(found.evaluation.log_marginal_likelihood.is_finite());
         assert!(found.gradient.iter().all(|slope| slope.is_finite()));
         let posterior =
-            FitPosterior::new(prior(2, 2), 0.01, data.inputs(), &torques, options).unwrap();
+            Posterior::new(prior(2, 2), 0.01, data.inputs(), &torques, options).unwrap();
         for (task, average) in [(0, 1.05), (1, 3.0)] {
             let point = with_task(x.subrows(0, 1), task);
             let mean = posterior.predict_mean(point.as_ref()).unwrap()[0];
@@ -158,7 +158,7 @@ fn constant_torque_has_a_likelihood_and_is_predicted() {
         let found = evidence(&prior, 0.01, data.inputs(), &torques, options).unwrap();
         assert!(found.evaluation.log_marginal_likelihood.is_finite());
         assert!(found.gradient.iter().all(|slope| slope.is_finite()));
-        let posterior = Posterior::new(prior, 0.01, data.inputs(), &torques).unwrap();
+        let posterior = Posterior::dense(prior, 0.01, data.inputs(), &torques).unwrap();
         let means = posterior.predict_mean(data.inputs()).unwrap();
         for (row, mean) in means.iter().enumerate() {
             // Nothing speaks against the constant but a shrinkage by σ²/K_aa < 1e-4 a sample.

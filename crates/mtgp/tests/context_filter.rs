@@ -2,7 +2,7 @@
 
 use allocation_counter::measure;
 use faer::{Mat, mat};
-use gp_core::{FitPosterior, LikelihoodOptions, Method};
+use gp_core::{LikelihoodOptions, Method, Posterior};
 use mtgp::{
     ContextFilter, ContextPrior, ContextTracker, ContextTransition, JointTorques, MtgpError,
     MultiTaskCovariance, Outliers, context_evidence,
@@ -14,7 +14,7 @@ use crate::icm_draws::four_tasks_of_rank_two;
 const M: usize = 4;
 const N_NEW: usize = 12;
 
-type Model = FitPosterior<MultiTaskCovariance>;
+type Model = Posterior<MultiTaskCovariance>;
 
 /// States along a path, so that neighbours say nearly the same.
 fn path() -> Mat<f64> {
@@ -36,7 +36,7 @@ fn pivots(seed: u64) -> Model {
         ..LikelihoodOptions::dense()
     };
     let x = draw.data.inputs();
-    FitPosterior::new(draw.truth, draw.noise_std, x, &draw.targets, options).unwrap()
+    Posterior::new(draw.truth, draw.noise_std, x, &draw.targets, options).unwrap()
 }
 
 fn models() -> [Model; 2] {

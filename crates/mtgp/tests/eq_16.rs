@@ -1,7 +1,7 @@
 //! Eq. (16): likelihood, gradient and posterior of the multi-task prior, against 50-digit arithmetic.
 
 use faer::Mat;
-use gp_core::{Evidence, FitPosterior, LikelihoodOptions, Method, Posterior, evidence};
+use gp_core::{Evidence, LikelihoodOptions, Method, Posterior, evidence};
 use kernels::Covariance;
 
 use crate::fixture::{Case, case, joint_covariance, predictions};
@@ -107,7 +107,7 @@ fn posterior_of_every_context_and_between_contexts() {
         let targets = data.stack(&case.torques);
         let noise_std = case.noise_std[0];
         let dense =
-            Posterior::new(case.covariance.clone(), noise_std, data.inputs(), &targets).unwrap();
+            Posterior::dense(case.covariance.clone(), noise_std, data.inputs(), &targets).unwrap();
         let prediction = dense.predict(points.as_ref()).unwrap();
         let scale = means.iter().fold(0.0, |l: f64, mean| l.max(mean.abs()));
         for (idx, mean) in means.iter().enumerate() {
@@ -136,7 +136,7 @@ fn low_rank_posterior_of_every_context() {
     let options = certified(1e-6);
     let noise_std = case.noise_std[0];
     let covariance = case.covariance.clone();
-    let found = FitPosterior::new(covariance, noise_std, data.inputs(), &targets, options).unwrap();
+    let found = Posterior::new(covariance, noise_std, data.inputs(), &targets, options).unwrap();
     let prediction = found.predict(points.as_ref()).unwrap();
     assert!(found.rank() < targets.len(), "{}", found.rank());
     for (idx, mean) in means.iter().enumerate() {

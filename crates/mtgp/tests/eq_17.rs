@@ -171,7 +171,7 @@ fn complete_block_equals_the_prior_of_eq_16_in_the_dense_engine() {
     let shared: f64 = gradient.noise_std.iter().sum();
     assert_close("noise_std", &[shared], of_noise, AGREEMENT);
 
-    let posterior = Posterior::new(prior, noise_std, rows, t).unwrap();
+    let posterior = Posterior::dense(prior, noise_std, rows, t).unwrap();
     let x_test = random(130, 6, 8); // more than one block of test points
     for task in 0..n_tasks {
         let found = block.predict(task, x_test.as_ref()).unwrap();

@@ -1,9 +1,7 @@
 //! Eq. (21): the densities are ratios of marginal likelihoods, the probabilities sum to one.
 
 use faer::{Mat, MatRef};
-use gp_core::{
-    FitPosterior, GpError, LikelihoodOptions, Method, Posterior, log_marginal_likelihood,
-};
+use gp_core::{GpError, LikelihoodOptions, Method, Posterior, log_marginal_likelihood};
 use kernels::Covariance;
 use mtgp::{
     ContextModel, ContextPosterior, ContextPrior, JointTorques, MtgpError, MultiTaskCovariance,
@@ -14,10 +12,10 @@ use crate::icm_draws::{Draw, four_tasks_of_rank_two};
 
 const M: usize = 4;
 
-pub fn dense(draw: &Draw) -> FitPosterior<MultiTaskCovariance> {
+pub fn dense(draw: &Draw) -> Posterior<MultiTaskCovariance> {
     let (covariance, x) = (draw.truth.clone(), draw.data.inputs());
     let options = LikelihoodOptions::dense();
-    FitPosterior::new(covariance, draw.noise_std, x, &draw.targets, options).unwrap()
+    Posterior::new(covariance, draw.noise_std, x, &draw.targets, options).unwrap()
 }
 
 /// Five states away from the samples, and torques that no context made.
@@ -133,9 +131,8 @@ fn a_few_pivots_give_the_densities_of_the_dense_path() {
         ..LikelihoodOptions::dense()
     };
     let (covariance, inputs) = (draw.truth.clone(), draw.data.inputs());
-    let few =
-        FitPosterior::new(covariance, draw.noise_std, inputs, &draw.targets, options).unwrap();
-    let evidence = |model: &FitPosterior<MultiTaskCovariance>| {
+    let few = Posterior::new(covariance, draw.noise_std, inputs, &draw.targets, options).unwrap();
+    let evidence = |model: &Posterior<MultiTaskCovariance>| {
         let torques = &torques;
         context_evidence(&[JointTorques { model, torques }], x.as_ref()).unwrap()
     };
@@ -188,9 +185,9 @@ fn fixed_task_matrices_and_separate_models_have_their_own_ratio() {
     let models: Vec<_> = (0..M)
         .map(|task| {
             let (x, targets) = of_task(task);
-            Posterior::new(input.clone(), 0.05, x.as_ref(), &targets)
+            Posterior::dense(input.clone(), 0.05, x.as_ref(), &targets)
         })
-        .map(|posterior| FitPosterior::Dense(posterior.unwrap()))
+        .map(|posterior| posterior.unwrap())
         .collect();
     let joint = JointTorques {
         model: &models,

@@ -98,8 +98,8 @@ fn one_task_of_unit_variance_is_ordinary_regression() {
     assert_close("noise", found.1[n_input + 1], alone.1[n_input]);
 
     let points = five.x.as_ref();
-    let ours = Posterior::new(prior, noise_std, data.inputs(), &torques).unwrap();
-    let theirs = Posterior::new(input.clone(), noise_std, x.as_ref(), &torques).unwrap();
+    let ours = Posterior::dense(prior, noise_std, data.inputs(), &torques).unwrap();
+    let theirs = Posterior::dense(input.clone(), noise_std, x.as_ref(), &torques).unwrap();
     let ours = ours.predict(with_task(points, 0).as_ref()).unwrap();
     let theirs = theirs.predict(points).unwrap();
     for idx in 0..points.nrows() {

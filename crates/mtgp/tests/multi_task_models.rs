@@ -1,7 +1,7 @@
 //! Models of three contexts to save, load and ask.
 
 use faer::Mat;
-use gp_core::{FitPosterior, FitSummary, LikelihoodOptions, Method, Provenance, TrainingRanges};
+use gp_core::{FitSummary, LikelihoodOptions, Method, Posterior, Provenance, TrainingRanges};
 use kernels::{TorqueCovariance, TorqueParams};
 use mtgp::{
     LatentFunctions, ModelParts, MultiTaskCovariance, MultiTaskModel, RankSelection, Stacked,
@@ -32,7 +32,7 @@ fn process(data: &Stacked, torques: &[f64], task: TaskCovariance, method: Method
         certificate: 1e-3,
     };
     let targets = data.stack(torques);
-    let posterior = FitPosterior::new(prior, 0.1, data.inputs(), &targets, options).unwrap();
+    let posterior = Posterior::new(prior, 0.1, data.inputs(), &targets, options).unwrap();
     TaskProcess {
         summary: FitSummary {
             log_marginal: -3.5,

@@ -2,9 +2,7 @@
 
 use faer::Mat;
 use gp_core::optimize::MinimizeOptions;
-use gp_core::{
-    FitPosterior, GpError, LikelihoodOptions, Method, Posterior, log_marginal_likelihood,
-};
+use gp_core::{GpError, LikelihoodOptions, Method, Posterior, log_marginal_likelihood};
 use mtgp::{
     AdaptedPosterior, Border, ContextModel, LatentFunctions, MtgpError, MultiTaskCovariance,
     NewTorques, TaskCovariance, TaskFactor, TaskRow, fit_row, log_density_of_row,
@@ -136,7 +134,7 @@ fn adapted_predictions_are_those_of_a_full_refit() {
     let few = elsewhere.subrows(0, 6);
     for row in rows() {
         let prior = grown(&draw.truth, &row);
-        let refit = Posterior::new(prior, 0.05, all.as_ref(), &targets).unwrap();
+        let refit = Posterior::dense(prior, 0.05, all.as_ref(), &targets).unwrap();
         let adapted = AdaptedPosterior::new(dense(&draw), row, x.as_ref(), &torques).unwrap();
         assert_eq!((adapted.n_contexts(), adapted.new_context()), (M + 1, M));
         let densities = adapted.predictive_densities(few).unwrap();
@@ -178,15 +176,15 @@ fn a_posterior_with_further_samples_is_a_full_refit_and_the_adapted_one() {
     };
     let inputs = draw.data.inputs();
     let (truth, old) = (draw.truth.clone(), &draw.targets);
-    let few = FitPosterior::new(truth, draw.noise_std, inputs, old, options).unwrap();
-    assert!(matches!(few, FitPosterior::LowRank(_)));
+    let few = Posterior::new(truth, draw.noise_std, inputs, old, options).unwrap();
+    assert!(few.basis().is_on_pivots());
     let row = &rows()[0];
     let prior = grown(&draw.truth, row);
-    let refit = Posterior::new(prior.clone(), 0.05, all.as_ref(), &targets).unwrap();
+    let refit = Posterior::dense(prior.clone(), 0.05, all.as_ref(), &targets).unwrap();
     for posterior in [dense(&draw), few] {
         let with_row = posterior.with_covariance(prior.clone());
         let found = with_row.with_samples(new.as_ref(), &torques).unwrap();
-        let is_dense = matches!(found, FitPosterior::Dense(_));
+        let is_dense = !found.basis().is_on_pivots();
         let adapted = AdaptedPosterior::new(posterior, row.clone(), x.as_ref(), &torques);
         let adapted = adapted.unwrap();
         for context in 0..=M {
@@ -222,7 +220,7 @@ fn a_few_pivots_adapt_as_the_dense_path_does() {
         certificate: 1e-9,
     };
     let (truth, inputs) = (draw.truth.clone(), draw.data.inputs());
-    let few = FitPosterior::new(truth, draw.noise_std, inputs, &draw.targets, options).unwrap();
+    let few = Posterior::new(truth, draw.noise_std, inputs, &draw.targets, options).unwrap();
     let (x, torques) = new_samples();
     for row in rows() {
         let of = |posterior| {

@@ -237,10 +237,10 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::fit_posterior::FitPosterior;
     use crate::model::{
         FitSummary, JointModel, ProcessModel, Provenance, TorqueModel, TrainingRanges,
     };
+    use crate::posterior::Posterior;
     use crate::{BayesLinear, LikelihoodOptions, LinearForm, Method};
 
     fn process(x: &Mat<f64>, targets: &[f64], method: Method) -> JointModel {
@@ -250,7 +250,7 @@ mod tests {
         };
         let covariance = TorqueCovariance::unit(3, TorqueForm::Coulomb);
         JointModel::Process(Box::new(ProcessModel {
-            posterior: FitPosterior::new(covariance, 0.1, x.as_ref(), targets, options).unwrap(),
+            posterior: Posterior::new(covariance, 0.1, x.as_ref(), targets, options).unwrap(),
             summary: FitSummary {
                 log_marginal: 1.0,
                 start: "given".to_owned(),

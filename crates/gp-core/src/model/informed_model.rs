@@ -6,12 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::covariance_fit::CovarianceFit;
 use crate::error::GpError;
-use crate::fit_posterior::FitPosterior;
 use crate::model::file::ModelFileError;
 use crate::model::joint_model::FitSummary;
 use crate::model::matrix_record::{malformed, require_values};
 use crate::model::process_record::{ParamsRecord, PosteriorRecord, SummaryRecord};
-use crate::posterior::Prediction;
+use crate::posterior::{Posterior, Prediction};
 use crate::rigid_body_fit::{
     InformedFit, ParameterPrior, RigidBodyAndProcess, RigidBodyCovariance, predict,
 };
@@ -30,8 +29,8 @@ pub struct InformedModel {
 /// The process of t − Y(x)π₀ in rows (x, Y(x)).
 #[derive(Debug, Clone)]
 enum InformedProcess {
-    Parameters(Box<FitPosterior<RigidBodyCovariance>>),
-    AndRemainder(Box<FitPosterior<RigidBodyAndProcess>>),
+    Parameters(Box<Posterior<RigidBodyCovariance>>),
+    AndRemainder(Box<Posterior<RigidBodyAndProcess>>),
 }
 
 impl InformedModel {

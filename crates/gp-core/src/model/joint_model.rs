@@ -8,9 +8,8 @@ use kernels::TorqueForm;
 use crate::bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
 use crate::error::GpError;
 use crate::fit::Fit;
-use crate::fit_posterior::FitPosterior;
 use crate::fit_report::FitReport;
-use crate::posterior::Prediction;
+use crate::posterior::{Posterior, Prediction};
 
 /// The four models of sec. 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,7 +78,7 @@ impl FitSummary {
 #[derive(Debug, Clone)]
 pub struct ProcessModel {
     /// The process, conditioned on the data.
-    pub posterior: FitPosterior,
+    pub posterior: Posterior,
     /// How its hyperparameters were found.
     pub summary: FitSummary,
 }

@@ -6,9 +6,9 @@
 use faer::MatRef;
 use kernels::{Covariance, TorqueCovariance, exp_in_place, sgn};
 
-use crate::fit_posterior::FitPosterior;
 use crate::model::dot::{dot, dot_compensated};
 use crate::model::packed_lower::PackedLower;
+use crate::posterior::Posterior;
 
 /// Where a process keeps what it learned: its basis points and the factors of its variance.
 ///
@@ -32,26 +32,15 @@ struct Basis<'a> {
 impl<'a> Basis<'a> {
     /// Of a process over `covariance`, with the covariates of its basis points.
     fn new<C: Covariance>(
-        posterior: &'a FitPosterior<C>,
+        posterior: &'a Posterior<C>,
         covariance: &'a TorqueCovariance,
         points: MatRef<'a, f64>,
     ) -> Self {
-        let (weights, l, noise) = match posterior {
-            FitPosterior::Dense(posterior) => (
-                posterior.alpha(),
-                PackedLower::of(posterior.factor().l()),
-                None,
-            ),
-            FitPosterior::LowRank(posterior) => {
-                let parts = posterior.parts();
-                let r_transposed = PackedLower::of(parts.noise_factor.transpose());
-                (
-                    parts.weights.as_slice(),
-                    PackedLower::of(parts.pivot_factor.as_ref()),
-                    Some((r_transposed, parts.noise_std * parts.noise_std)),
-                )
-            }
-        };
+        let basis = posterior.basis();
+        let noise_var = posterior.noise_std() * posterior.noise_std();
+        let noise =
+            (basis.noise_factor.as_ref()).map(|r| (PackedLower::of(r.transpose()), noise_var));
+        let (weights, l) = (basis.weights.as_slice(), PackedLower::of(basis.factor.l()));
         assert_eq!(points.nrows(), weights.len());
         Self {
             covariance,
@@ -146,11 +135,8 @@ pub struct ProcessPredictor {
 
 impl ProcessPredictor {
     /// Of a process with one context.
-    pub(crate) fn new(posterior: &FitPosterior) -> Self {
-        let points = match posterior {
-            FitPosterior::Dense(posterior) => posterior.x(),
-            FitPosterior::LowRank(posterior) => posterior.parts().pivots.as_ref(),
-        };
+    pub(crate) fn new(posterior: &Posterior) -> Self {
+        let points = posterior.basis().points.as_ref();
         Self::from_basis(
             Basis::new(posterior, posterior.covariance(), points),
             vec![None],
@@ -165,7 +151,7 @@ impl ProcessPredictor {
     /// # Panics
     /// On other shapes.
     pub fn scaled<C: Covariance>(
-        posterior: &FitPosterior<C>,
+        posterior: &Posterior<C>,
         input: &TorqueCovariance,
         points: MatRef<'_, f64>,
         scalings: Vec<Scaling>,

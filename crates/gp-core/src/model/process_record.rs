@@ -5,14 +5,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::cholesky::Factor;
 use crate::data::require_noise;
-use crate::fit_posterior::FitPosterior;
-use crate::low_rank_posterior::{LowRankParts, LowRankPosterior};
 use crate::model::file::ModelFileError;
 use crate::model::joint_model::FitSummary;
 use crate::model::matrix_record::{
     MatrixRecord, TriangleRecord, malformed, require, require_values,
 };
-use crate::posterior::Posterior;
+use crate::posterior::{Basis, Posterior};
 
 /// The hyperparameters of a joint's covariance, eq. (7).
 #[derive(Debug, Serialize, Deserialize)]
@@ -92,10 +90,10 @@ impl ParamsRecord {
 
 impl PosteriorRecord {
     /// What a posterior consists of beside its covariance.
-    pub fn of<C: Covariance>(posterior: &FitPosterior<C>) -> Self {
+    pub fn of<C: Covariance>(posterior: &Posterior<C>) -> Self {
         Self {
             noise_std: posterior.noise_std(),
-            basis: BasisRecord::of(posterior),
+            basis: BasisRecord::of(posterior.basis()),
         }
     }
 
@@ -107,47 +105,41 @@ impl PosteriorRecord {
         self,
         covariance: C,
         n_columns: usize,
-    ) -> Result<FitPosterior<C>, ModelFileError> {
+    ) -> Result<Posterior<C>, ModelFileError> {
         require_noise(self.noise_std).map_err(malformed)?;
-        (self.basis).into_posterior(covariance, n_columns, self.noise_std)
+        let basis = self.basis.into_basis(n_columns)?;
+        Posterior::from_parts(covariance, self.noise_std, basis).map_err(malformed)
     }
 }
 
 impl BasisRecord {
-    fn of<C: Covariance>(posterior: &FitPosterior<C>) -> Self {
-        match posterior {
-            FitPosterior::Dense(posterior) => Self::Dense {
-                x: MatrixRecord::of(posterior.x()),
-                alpha: posterior.alpha().to_vec(),
-                l: TriangleRecord::of(posterior.factor().l()),
+    fn of(basis: &Basis) -> Self {
+        let points = MatrixRecord::of(basis.points.as_ref());
+        let (weights, l) = (basis.weights.clone(), TriangleRecord::of(basis.factor.l()));
+        match &basis.noise_factor {
+            None => Self::Dense {
+                x: points,
+                alpha: weights,
+                l,
             },
-            FitPosterior::LowRank(posterior) => {
-                let parts = posterior.parts();
-                Self::LowRank {
-                    pivots: MatrixRecord::of(parts.pivots.as_ref()),
-                    weights: parts.weights.clone(),
-                    pivot_factor: TriangleRecord::of(parts.pivot_factor.as_ref()),
-                    noise_factor_transposed: TriangleRecord::of(parts.noise_factor.transpose()),
-                }
-            }
+            Some(r) => Self::LowRank {
+                pivots: points,
+                weights,
+                pivot_factor: l,
+                noise_factor_transposed: TriangleRecord::of(r.transpose()),
+            },
         }
     }
 
-    fn into_posterior<C: Covariance>(
-        self,
-        covariance: C,
-        n_columns: usize,
-        noise_std: f64,
-    ) -> Result<FitPosterior<C>, ModelFileError> {
-        match self {
+    fn into_basis(self, n_columns: usize) -> Result<Basis, ModelFileError> {
+        let (points, weights, l, r_transposed) = match self {
             Self::Dense { x, alpha, l } => {
                 let x = x.into_mat("training inputs", n_columns)?;
-                let n = x.nrows();
-                require(n > 0, || "a process without training inputs".to_owned())?;
-                require_values("weights of a process", &alpha, n)?;
-                let factor = Factor::from_lower(l.into_packed("a Cholesky factor", n)?.to_mat());
-                let posterior = Posterior::from_parts(covariance, noise_std, x, alpha, factor);
-                Ok(FitPosterior::Dense(posterior))
+                require(x.nrows() > 0, || {
+                    "a process without training inputs".to_owned()
+                })?;
+                let l = l.into_packed("a Cholesky factor", x.nrows())?;
+                (x, alpha, l, None)
             }
             Self::LowRank {
                 pivots,
@@ -156,20 +148,18 @@ impl BasisRecord {
                 noise_factor_transposed,
             } => {
                 let pivots = pivots.into_mat("pivots", n_columns)?;
-                let rank = pivots.nrows();
-                let pivot_factor = pivot_factor.into_packed("the pivots' factor", rank)?;
-                let noise_factor = noise_factor_transposed.into_packed("R", rank)?;
-                let parts = LowRankParts {
-                    noise_std,
-                    pivots,
-                    pivot_factor: pivot_factor.to_mat(),
-                    noise_factor: noise_factor.to_mat().transpose().to_owned(),
-                    weights,
-                };
-                let posterior = LowRankPosterior::from_parts(covariance, parts);
-                posterior.map(FitPosterior::LowRank).map_err(malformed)
+                let l = pivot_factor.into_packed("the pivots' factor", pivots.nrows())?;
+                let r = noise_factor_transposed.into_packed("R", pivots.nrows())?;
+                (pivots, weights, l, Some(r))
             }
-        }
+        };
+        require_values("weights of a process", &weights, points.nrows())?;
+        Ok(Basis {
+            points,
+            weights,
+            factor: Factor::from_lower(l.to_mat()),
+            noise_factor: r_transposed.map(|r| r.to_mat().transpose().to_owned()),
+        })
     }
 }
 

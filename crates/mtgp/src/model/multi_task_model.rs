@@ -107,7 +107,7 @@ impl MultiTaskModel {
     /// `x` (k, 3ℓ); `torques` (k,) of every learned joint, in their order, N·m.
     /// # Errors
     /// [`MtgpError::UnknownContext`]; [`MtgpError::CountMismatch`] for another number of joints; as for
-    /// [`gp_core::FitPosterior::with_samples`].
+    /// [`gp_core::Posterior::with_samples`].
     /// # Source
     /// Section 5: inference with the grown K^ρ; eqs. (3)–(4).
     pub fn with_samples(
@@ -127,10 +127,10 @@ impl MultiTaskModel {
 
     /// The model for a loop of 1 kHz: what is dense on many samples goes on a few pivots.
     ///
-    /// A joint with more than 512 samples is conditioned again by [`gp_core::FitPosterior::on_pivots`], with an
+    /// A joint with more than 512 samples is conditioned again by [`gp_core::Posterior::on_pivots`], with an
     /// error of at most 0.1 nats in its log marginal likelihood; the others stay, to the bit.
     /// # Errors
-    /// As for [`gp_core::FitPosterior::new`].
+    /// As for [`gp_core::Posterior::new`].
     pub fn for_tracking(&self) -> Result<Self, GpError> {
         let mut parts = self.parts.clone();
         for (_, process) in &mut parts.learned {

@@ -1,7 +1,7 @@
 //! The process of one joint's torque in every context, with the summary of its fit.
 
 use faer::{Mat, MatRef};
-use gp_core::{FitPosterior, FitSummary, Prediction, ProcessPredictor, Scaling};
+use gp_core::{FitSummary, Posterior, Prediction, ProcessPredictor, Scaling};
 
 use crate::error::MtgpError;
 use crate::layout::split;
@@ -14,14 +14,14 @@ use crate::task_row::TaskRow;
 #[derive(Debug, Clone)]
 pub struct TaskProcess {
     /// The process, conditioned on the data of all contexts.
-    pub posterior: FitPosterior<MultiTaskCovariance>,
+    pub posterior: Posterior<MultiTaskCovariance>,
     /// How its hyperparameters were found.
     pub summary: FitSummary,
 }
 
 impl TaskProcess {
     /// A posterior with the hyperparameters that a search found, and the summary of its report.
-    pub fn new(posterior: FitPosterior<MultiTaskCovariance>, report: &TaskFitReport) -> Self {
+    pub fn new(posterior: Posterior<MultiTaskCovariance>, report: &TaskFitReport) -> Self {
         Self {
             posterior,
             summary: FitSummary {
@@ -81,7 +81,7 @@ impl TaskProcess {
     /// # Shapes
     /// `x` (k, 3ℓ); `torques` (k,), N·m.
     /// # Errors
-    /// As for [`MultiTaskCovariance::rows_of`] and [`FitPosterior::with_samples`].
+    /// As for [`MultiTaskCovariance::rows_of`] and [`Posterior::with_samples`].
     pub(crate) fn with_samples(
         &self,
         task: usize,
@@ -112,10 +112,7 @@ impl TaskProcess {
 
     /// What the posterior is expanded in, with the task in the last column.
     pub(crate) fn basis_rows(&self) -> MatRef<'_, f64> {
-        match &self.posterior {
-            FitPosterior::Dense(posterior) => posterior.x(),
-            FitPosterior::LowRank(posterior) => posterior.parts().pivots.as_ref(),
-        }
+        self.posterior.basis().points.as_ref()
     }
 
     /// The process at one state, with a scaling for every task.

@@ -4,7 +4,7 @@ use gp_core::sampling::{
     Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, LogDensity,
     sample_chains,
 };
-use gp_core::{FitPosterior, LikelihoodOptions, LogMarginal, chapter_start};
+use gp_core::{LikelihoodOptions, LogMarginal, Posterior, chapter_start};
 use kernels::{Covariance, TorqueForm};
 use mtgp::{MultiTaskCovariance, Stacked, TaskProcess};
 use serde::{Deserialize, Serialize};
@@ -201,7 +201,7 @@ impl Drawn {
         data: &Stacked,
         targets: &[f64],
         count: usize,
-    ) -> Result<Vec<FitPosterior<MultiTaskCovariance>>, BenchError> {
+    ) -> Result<Vec<Posterior<MultiTaskCovariance>>, BenchError> {
         let mut posteriors = Vec::new();
         for chain in &self.chains {
             let n = chain.draws.nrows();
@@ -213,9 +213,7 @@ impl Drawn {
                 covariance.set_params(of_covariance);
                 let dense = LikelihoodOptions::dense();
                 let x = data.inputs();
-                posteriors.push(FitPosterior::new(
-                    covariance, *noise_std, x, targets, dense,
-                )?);
+                posteriors.push(Posterior::new(covariance, *noise_std, x, targets, dense)?);
             }
         }
         Ok(posteriors)

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use faer::Mat;
-use gp_core::FitPosterior;
+use gp_core::Posterior;
 use mtgp::MultiTaskCovariance;
 use serde::{Deserialize, Serialize};
 
@@ -125,7 +125,7 @@ fn of_joint(shared: &Shared<'_>, joint: usize) -> Result<OfJoint, BenchError> {
 
     let start = Instant::now();
     let drawn = draw(&samples.stacked, &targets, point, settings, joint)?;
-    let posteriors: Vec<FitPosterior<MultiTaskCovariance>> =
+    let posteriors: Vec<Posterior<MultiTaskCovariance>> =
         drawn.posteriors(&samples.stacked, &targets, settings.n_mixture)?;
     let [interp, extrap] = held.scores(&posteriors.iter().collect::<Vec<_>>())?;
     let of_draws = Line {

@@ -1,7 +1,7 @@
 //! How well predictive distributions do on held-out torques.
 
 use faer::Mat;
-use gp_core::FitPosterior;
+use gp_core::Posterior;
 use gp_core::sampling::GaussianMixture;
 use mtgp::MultiTaskCovariance;
 use serde::{Deserialize, Serialize};
@@ -51,7 +51,7 @@ impl Held {
     /// `Fit` or `MultiTask`.
     pub fn scores(
         &self,
-        processes: &[&FitPosterior<MultiTaskCovariance>],
+        processes: &[&Posterior<MultiTaskCovariance>],
     ) -> Result<[Scores; 2], BenchError> {
         let [interp, extrap] = &self.sets;
         Ok([of_set(interp, processes)?, of_set(extrap, processes)?])
@@ -60,7 +60,7 @@ impl Held {
 
 fn of_set(
     loads: &[(Mat<f64>, Vec<f64>)],
-    processes: &[&FitPosterior<MultiTaskCovariance>],
+    processes: &[&Posterior<MultiTaskCovariance>],
 ) -> Result<Scores, BenchError> {
     let (mut inside, mut log_density, mut count) = (0_u32, 0.0, 0_u32);
     for (task, (x, torques)) in loads.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use gp_core::{FitPosterior, GpError, TrainingRanges};
+use gp_core::{GpError, Posterior, TrainingRanges};
 use kernels::Covariance;
 use mtgp::{
     Criterion, ModelParts, MtgpError, MultiTaskCovariance, MultiTaskModel, MultiTaskOptions,
@@ -280,7 +280,7 @@ impl Learner<'_> {
     }
 
     fn process(&self, candidate: &Candidate, job: &JointTorques) -> Result<TaskProcess, MtgpError> {
-        let posterior = FitPosterior::new(
+        let posterior = Posterior::new(
             candidate.covariance.clone(),
             candidate.noise_std,
             self.data.inputs(),

@@ -10,14 +10,13 @@ use kernels::{Covariance, Jitter};
 use crate::cholesky::Factor;
 use crate::data::require_training_data;
 use crate::error::GpError;
-use crate::fit_posterior::FitPosterior;
-use crate::low_rank_posterior::{LowRankParts, LowRankPosterior};
 use crate::orthogonal::upper_of;
 use crate::pivot_choice::Choice;
 use crate::pivoted::{independent_rows, rows};
-use crate::posterior::Posterior;
+use crate::posterior::basis::Basis;
+use crate::posterior::condition::Posterior;
 
-impl<C: Covariance + Clone> FitPosterior<C> {
+impl<C: Covariance + Clone> Posterior<C> {
     /// The posterior given the samples that it has and k more, with the same hyperparameters.
     ///
     /// By whichever path it has: O(n²k) for n samples, O(r²k) for r pivots, to which the new inputs
@@ -34,10 +33,11 @@ impl<C: Covariance + Clone> FitPosterior<C> {
         let residuals: Vec<f64> = (targets.iter().zip(self.predict_mean(x)?))
             .map(|(target, mean)| target - mean)
             .collect();
-        Ok(match self {
-            Self::Dense(posterior) => Self::Dense(on_samples(posterior, x, &residuals)?),
-            Self::LowRank(posterior) => Self::LowRank(on_pivots(posterior, x, &residuals)?),
-        })
+        let basis = match &self.basis().noise_factor {
+            None => on_samples(self, x, &residuals)?,
+            Some(r) => on_pivots(self, r, x, &residuals)?,
+        };
+        Self::from_parts(self.covariance().clone(), self.noise_std(), basis)
     }
 }
 
@@ -47,25 +47,25 @@ impl<C: Covariance + Clone> FitPosterior<C> {
 /// H = L⁻¹ c(X, X*),   A = c(X*, X*) + σ²I − HᵀH = L_A L_Aᵀ,   α* = A⁻¹(t* − mean(X*))
 /// L′ = [L 0; Hᵀ L_A],   α′ = (α − L⁻ᵀHα*, α*)
 /// ```
-fn on_samples<C: Covariance + Clone>(
-    old: &Posterior<C>,
+fn on_samples<C: Covariance>(
+    posterior: &Posterior<C>,
     x: MatRef<'_, f64>,
     residuals: &[f64],
-) -> Result<Posterior<C>, GpError> {
-    let (n, k) = (old.x().nrows(), x.nrows());
-    let covariance = old.covariance();
-    let mut half = covariance.cross(old.x(), x); // H, (n, k)
-    old.factor().half_solve_in_place(half.as_mut());
+) -> Result<Basis, GpError> {
+    let (old, covariance) = (posterior.basis(), posterior.covariance());
+    let (n, k) = (old.rank(), x.nrows());
+    let mut half = covariance.cross(old.points.as_ref(), x); // H, (n, k)
+    old.factor.half_solve_in_place(half.as_mut());
     let mut schur = covariance.gram(x);
-    Jitter::new(old.noise_std())?.add_gram(x, schur.as_mut());
+    Jitter::new(posterior.noise_std())?.add_gram(x, schur.as_mut());
     subtract_gram(&mut schur, &half);
     let corner = Factor::new(schur)?;
 
     let new_alpha = corner.solve(residuals);
     let mut correction = product(half.as_ref(), &new_alpha);
-    let l = old.factor().l();
+    let l = old.factor.l();
     solve_upper_in_place(l.transpose(), &mut correction);
-    let alpha = (old.alpha().iter().zip(correction))
+    let alpha = (old.weights.iter().zip(correction))
         .map(|(alpha, part)| alpha - part)
         .chain(new_alpha.iter().copied());
 
@@ -76,13 +76,12 @@ fn on_samples<C: Covariance + Clone>(
         (false, true) => half[(col, row - n)],
         (false, false) => l_new[(row - n, col - n)],
     });
-    Ok(Posterior::from_parts(
-        covariance.clone(),
-        old.noise_std(),
-        stacked(old.x(), x),
-        alpha.collect(),
-        Factor::from_lower(l_all),
-    ))
+    Ok(Basis {
+        points: stacked(old.points.as_ref(), x),
+        weights: alpha.collect(),
+        factor: Factor::from_lower(l_all),
+        noise_factor: None,
+    })
 }
 
 /// By pivots: the new inputs whose remainder of the prior variance is more than rounding join them.
@@ -93,15 +92,16 @@ fn on_samples<C: Covariance + Clone>(
 /// L_P′ = [L_P 0; Φ*ᵀ L_E],   Φ′ = (Φ*; Ψ*),   R′ᵀR′ = diag(RᵀR, σ²I) + Φ′Φ′ᵀ
 /// β′ = (β, 0) + L_P′⁻ᵀ (R′ᵀR′)⁻¹ Φ′ (t* − mean(X*))
 /// ```
-fn on_pivots<C: Covariance + Clone>(
-    old: &LowRankPosterior<C>,
+fn on_pivots<C: Covariance>(
+    posterior: &Posterior<C>,
+    old_noise_factor: &Mat<f64>,
     x: MatRef<'_, f64>,
     residuals: &[f64],
-) -> Result<LowRankPosterior<C>, GpError> {
-    let (parts, covariance) = (old.parts(), old.covariance());
+) -> Result<Basis, GpError> {
+    let (old, covariance) = (posterior.basis(), posterior.covariance());
     let (r, k) = (old.rank(), x.nrows());
-    let mut phi = covariance.cross(parts.pivots.as_ref(), x); // Φ*, (r, k)
-    solve_lower_triangular_in_place(parts.pivot_factor.as_ref(), phi.as_mut(), Par::Seq);
+    let mut phi = covariance.cross(old.points.as_ref(), x); // Φ*, (r, k)
+    old.factor.half_solve_in_place(phi.as_mut());
     let prior = covariance.gram(x);
     let largest = (0..k).map(|idx| prior[(idx, idx)]).fold(0.0, f64::max);
     let mut remainder = prior; // E, (k, k)
@@ -111,31 +111,28 @@ fn on_pivots<C: Covariance + Clone>(
     let mut psi = rows(remainder.as_ref(), &chosen); // Ψ*, (m, k)
     solve_lower_triangular_in_place(l.as_ref(), psi.as_mut(), Par::Seq);
 
+    let old_l = old.factor.l();
     let pivot_factor = Mat::from_fn(r + m, r + m, |row, col| match (row < r, col < r) {
         _ if col > row => 0.0,
-        (true, _) => parts.pivot_factor[(row, col)],
+        (true, _) => old_l[(row, col)],
         (false, true) => phi[(col, chosen[row - r])],
         (false, false) => l[(row - r, col - r)],
     });
     let features = stacked(phi.as_ref(), psi.as_ref()); // Φ′, (r + m, k)
-    let noise_var = parts.noise_std * parts.noise_std;
-    let noise_factor = renewed(&parts.noise_factor, &features, noise_var)?;
+    let noise_var = posterior.noise_std() * posterior.noise_std();
+    let noise_factor = renewed(old_noise_factor, &features, noise_var)?;
     let mut correction = product(features.as_ref(), residuals);
     let half = ColMut::from_slice_mut(&mut correction);
     noise_factor.solve_in_place(half.as_mat_mut());
     solve_upper_in_place(pivot_factor.transpose(), &mut correction);
-    let old_weights = parts.weights.iter().copied();
+    let old_weights = old.weights.iter().copied();
     let weights = old_weights.chain(std::iter::repeat_n(0.0, m));
-    LowRankPosterior::from_parts(
-        covariance.clone(),
-        LowRankParts {
-            noise_std: parts.noise_std,
-            pivots: stacked(parts.pivots.as_ref(), rows(x, &chosen).as_ref()),
-            pivot_factor,
-            noise_factor: upper_of(noise_factor.l()),
-            weights: weights.zip(correction).map(|(a, b)| a + b).collect(),
-        },
-    )
+    Ok(Basis {
+        points: stacked(old.points.as_ref(), rows(x, &chosen).as_ref()),
+        weights: weights.zip(correction).map(|(a, b)| a + b).collect(),
+        factor: Factor::from_lower(pivot_factor),
+        noise_factor: Some(upper_of(noise_factor.l())),
+    })
 }
 
 /// The factor of diag(RᵀR, σ²I) + Φ′Φ′ᵀ.
