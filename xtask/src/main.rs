@@ -1,5 +1,6 @@
 //! `cargo xtask <command>`: starts the project's programs and checks its text.
 
+mod arrows;
 mod bits;
 mod equations;
 mod flags;
