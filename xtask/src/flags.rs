@@ -1,6 +1,10 @@
 //! The command line of `cargo xtask`.
 
+use std::path::PathBuf;
+
 use clap::{Parser, Subcommand};
+
+use crate::bits::Group;
 
 /// The project's own commands.
 #[derive(Debug, Parser)]
@@ -36,6 +40,24 @@ pub enum Command {
         /// Passed on to `bench-suite reproduce-paper`, after `--`
         #[arg(last = true)]
         arguments: Vec<String>,
+    },
+    /// Record results of both programs as hashes, or check that they are the same bits as before
+    ///
+    /// A lock for changes that must not move any number: write the list before such a change and check it after each
+    /// step, on the same machine. It runs the release builds of `torque-gp` and `bench-suite` on fixed inputs and
+    /// looks at their files and what they print alone. DIR/bits.tsv has a line a result, its SHA-256 and its
+    /// name, and DIR the results themselves; those that a check finds changed are put in DIR/changed.
+    #[command(group = clap::ArgGroup::new("what").required(true))]
+    Bits {
+        /// Compute everything and write the list to DIR
+        #[arg(long, value_name = "DIR", group = "what")]
+        write: Option<PathBuf>,
+        /// Compute everything again and name what differs, is new or is gone; exit status 1 if anything does
+        #[arg(long, value_name = "DIR", group = "what")]
+        check: Option<PathBuf>,
+        /// Only these groups; those that are not asked for stay in DIR as they are
+        #[arg(long, value_name = "GROUP,…", value_delimiter = ',')]
+        only: Vec<Group>,
     },
     /// Check the text of the repository
     Tidy,

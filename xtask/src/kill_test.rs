@@ -22,7 +22,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// If a program cannot be started, a run that is left alone fails, or the files differ.
 #[expect(clippy::print_stdout, reason = "the result is what the command is for")]
 pub fn run(n_kills: usize, arguments: &[String]) -> anyhow::Result<ExitCode> {
-    program::build_bench_suite()?;
+    program::build(&["bench-suite"])?;
     let directory = tempfile::tempdir()?;
     let (alone, killed) = (
         directory.path().join("alone"),
@@ -74,7 +74,7 @@ pub fn run(n_kills: usize, arguments: &[String]) -> anyhow::Result<ExitCode> {
 }
 
 fn start(output: &Path, arguments: &[String]) -> anyhow::Result<Child> {
-    let mut command = Command::new(program::bench_suite_path()?);
+    let mut command = Command::new(program::path("bench-suite")?);
     command.arg("reproduce-paper").args(arguments);
     command.arg("--output").arg(output);
     command.stdout(Stdio::null()).stderr(Stdio::null());

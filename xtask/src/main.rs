@@ -1,5 +1,7 @@
 //! `cargo xtask <command>`: starts the project's programs and checks its text.
 
+mod arrows;
+mod bits;
 mod equations;
 mod flags;
 mod kill_test;
@@ -28,6 +30,10 @@ fn run(command: Command) -> anyhow::Result<ExitCode> {
             program::bench_suite("nmse-regression", &arguments)
         }
         Command::KillTest { kills, arguments } => kill_test::run(kills, &arguments),
+        Command::Bits { write, check, only } => match (write, check) {
+            (Some(directory), _) => bits::write(&directory, &only),
+            (None, directory) => bits::check(&directory.unwrap_or_default(), &only),
+        },
         Command::Tidy => tidy::run(),
         Command::Equations { check } => equations::run(check),
     }

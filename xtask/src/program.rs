@@ -13,8 +13,8 @@ use crate::paths::root;
 /// If cargo or the program cannot be started, or the build fails.
 pub fn bench_suite(command: &str, arguments: &[String]) -> anyhow::Result<ExitCode> {
     say("Building bench-suite in release mode; the first time takes about two minutes.");
-    build_bench_suite()?;
-    let mut program = Command::new(bench_suite_path()?);
+    build(&["bench-suite"])?;
+    let mut program = Command::new(path("bench-suite")?);
     let status = program.arg(command).args(arguments).status();
     let status = status.context("cannot start bench-suite")?;
     // A signal leaves no code; 1 then says that the command did not end well.
@@ -24,31 +24,31 @@ pub fn bench_suite(command: &str, arguments: &[String]) -> anyhow::Result<ExitCo
     })
 }
 
-/// Builds `bench-suite` in release mode, without running it.
+/// Builds programs of the workspace in release mode, without running them.
 ///
 /// Out of the whole workspace: with another selection of packages their dependencies would have other features,
 /// and be built once more beside those of `cargo build --release`.
 ///
 /// # Errors
 /// If cargo cannot be started or the build fails.
-pub fn build_bench_suite() -> anyhow::Result<()> {
+pub fn build(names: &[&str]) -> anyhow::Result<()> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut cargo = Command::new(cargo);
-    cargo.args(["build", "--quiet", "--release", "--locked"]);
-    cargo.args(["--workspace", "--bin", "bench-suite"]);
+    cargo.args(["build", "--quiet", "--release", "--locked", "--workspace"]);
+    cargo.args(names.iter().flat_map(|name| ["--bin", name]));
     cargo.arg("--manifest-path").arg(root().join("Cargo.toml"));
     let status = cargo.status().context("cannot start cargo")?;
-    ensure!(status.success(), "bench-suite cannot be built");
+    ensure!(status.success(), "{} cannot be built", names.join(", "));
     Ok(())
 }
 
-/// The program that [`build_bench_suite`] made: it stands beside this one.
+/// A program that [`build`] made: it stands beside this one.
 ///
 /// # Errors
 /// If the system does not say where this program is.
-pub fn bench_suite_path() -> anyhow::Result<PathBuf> {
+pub fn path(name: &str) -> anyhow::Result<PathBuf> {
     let this = std::env::current_exe().context("where is this program?")?;
-    Ok(this.with_file_name("bench-suite"))
+    Ok(this.with_file_name(name))
 }
 
 #[expect(clippy::print_stderr, reason = "a long silence needs an explanation")]

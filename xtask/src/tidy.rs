@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use crate::paths::{files, root, shown};
-use crate::{licences, rust_text};
+use crate::{arrows, licences, rust_text};
 
 /// Prints every complaint.
 ///
@@ -49,6 +49,7 @@ fn complaints() -> anyhow::Result<Vec<String>> {
         found.extend(provenance_complaint(&path));
     }
     found.extend(licences::complaints()?);
+    found.extend(arrows::complaints()?);
     Ok(found)
 }
 
