@@ -11,7 +11,7 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Accum, Auto, ColMut, Mat, MatMut, MatRef, Par, Spec};
 
-use kernels::Crew;
+use linalg::Threads;
 
 use crate::error::GpError;
 use crate::tiled;
@@ -47,11 +47,11 @@ impl Factor {
     pub fn new(mut k: Mat<f64>) -> Result<Self, GpError> {
         let order = k.nrows();
         assert_eq!(order, k.ncols(), "a covariance matrix is square");
-        let crew = Crew::at_hand(order);
+        let threads = Threads::at_hand(order);
         let outcome = if order < TILED {
             factorise_in_place(k.as_mut())
         } else {
-            crew.run(|| tiled::factorise(k.as_mut(), crew))
+            threads.run(|| tiled::factorise(k.as_mut(), threads))
         };
         outcome.map_err(|pivot| GpError::NotPositiveDefinite { pivot, order })?;
         Ok(Self { l: k })
@@ -175,8 +175,8 @@ impl Factor {
         if order < TILED {
             invert_in_place(inverse.as_mut(), scratch.as_mut());
         } else {
-            let crew = Crew::at_hand(order);
-            crew.run(|| tiled::invert(inverse.as_mut(), scratch.as_mut(), crew));
+            let threads = Threads::at_hand(order);
+            threads.run(|| tiled::invert(inverse.as_mut(), scratch.as_mut(), threads));
         }
         inverse
     }

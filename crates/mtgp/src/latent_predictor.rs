@@ -2,7 +2,9 @@
 
 use faer::MatRef;
 use gp_core::FitPosterior;
-use kernels::{TorqueParams, exp_in_place, lane_dot, sgn};
+use kernels::{TorqueParams, sgn};
+use linalg::exp_in_place;
+use linalg::sums::dot_in_lanes;
 
 use crate::basis::Basis;
 use crate::error::MtgpError;
@@ -112,7 +114,7 @@ impl LatentPredictor {
             for ((cross, loading), k) in cross.iter_mut().zip(loading).zip(&sample.k) {
                 *cross = loading * k;
             }
-            sample.mean[c] = lane_dot(cross, &self.weights);
+            sample.mean[c] = dot_in_lanes(cross, &self.weights);
         }
         self.whitening.multiply(&sample.cross, &mut sample.v);
     }
@@ -161,7 +163,7 @@ impl LatentPredictor {
         let part = |c: usize| c * n..(c + 1) * n;
         for c in 0..self.rank {
             for other in 0..self.rank {
-                let known = lane_dot(&first[part(c)], &second[part(other)]);
+                let known = dot_in_lanes(&first[part(c)], &second[part(other)]);
                 out[c * self.rank + other] = if c == other { prior - known } else { -known };
             }
         }

@@ -4,7 +4,8 @@
 //! that depends on the context asked for; everything else is shared.
 
 use faer::MatRef;
-use kernels::{Covariance, TorqueCovariance, exp_in_place, sgn};
+use kernels::{Covariance, TorqueCovariance, sgn};
+use linalg::exp_in_place;
 
 use crate::fit_posterior::FitPosterior;
 use crate::model::dot::{dot, dot_compensated};

@@ -1,15 +1,17 @@
-//! Sums over slices in eight lanes, so that they vectorise.
+//! Sums over slices in a fixed order, in eight lanes so that they vectorise.
 //!
 //! The number of lanes is fixed, whatever the machine's vectors, so a sum is rounded
 //! in the same way everywhere.
 
+/// Partial sums kept side by side.
 const LANES: usize = 8;
 
 /// Σ a
-pub(crate) fn sum(values: &[f64]) -> f64 {
+#[inline]
+pub fn sum(values: &[f64]) -> f64 {
     pulp::Arch::new().dispatch(
         #[inline(always)]
-        || lane_sum(values),
+        || sum_in_lanes(values),
     )
 }
 
@@ -17,10 +19,11 @@ pub(crate) fn sum(values: &[f64]) -> f64 {
 ///
 /// # Panics
 /// If the slices differ in length.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+#[inline]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     pulp::Arch::new().dispatch(
         #[inline(always)]
-        || lane_dot(a, b),
+        || dot_in_lanes(a, b),
     )
 }
 
@@ -34,7 +37,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     clippy::inline_always,
     reason = "the loop around it is compiled once per instruction set"
 )]
-pub fn lane_dot(a: &[f64], b: &[f64]) -> f64 {
+pub fn dot_in_lanes(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let mut lanes = [0.0; LANES];
     let (a_chunks, b_chunks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
@@ -52,7 +55,8 @@ pub fn lane_dot(a: &[f64], b: &[f64]) -> f64 {
 ///
 /// # Panics
 /// If the slices differ in length.
-pub(crate) fn weighted_squares(values: &[f64], weights: &[f64]) -> f64 {
+#[inline]
+pub fn weighted_squares(values: &[f64], weights: &[f64]) -> f64 {
     assert_eq!(values.len(), weights.len());
     pulp::Arch::new().dispatch(
         #[inline(always)]
@@ -77,7 +81,7 @@ pub(crate) fn weighted_squares(values: &[f64], weights: &[f64]) -> f64 {
     clippy::inline_always,
     reason = "the loop around it is compiled once per instruction set"
 )]
-pub(crate) fn lane_sum(values: &[f64]) -> f64 {
+pub fn sum_in_lanes(values: &[f64]) -> f64 {
     let mut lanes = [0.0; LANES];
     let chunks = values.chunks_exact(LANES);
     let rest: f64 = chunks.remainder().iter().sum();
