@@ -4,9 +4,8 @@ use std::f64::consts::PI;
 
 use faer::{Mat, MatRef};
 use kernels::{Covariance, Jitter};
-use linalg::{Threads, column_panels};
+use linalg::{Factor, Threads, column_panels};
 
-use crate::cholesky::Factor;
 use crate::error::GpError;
 use crate::low_rank::rounding_of_entries;
 

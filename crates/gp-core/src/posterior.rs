@@ -2,8 +2,8 @@
 
 use faer::{Mat, MatRef};
 use kernels::{Covariance, Jitter};
+use linalg::Factor;
 
-use crate::cholesky::Factor;
 use crate::data::{require_finite_inputs, require_noise, require_training_data};
 use crate::error::GpError;
 

@@ -1,1 +1,5 @@
-//! The integration tests, one module per file.
+//! Integration tests of the linear algebra.
+
+#![allow(clippy::unwrap_used, reason = "a test fails where its premise does")]
+
+mod factor;

@@ -1,8 +1,9 @@
 //! Predictions of all contexts, the new one among them, from the old data and its own.
 
 use faer::{Mat, MatRef};
-use gp_core::{Factor, FitPosterior, Prediction};
+use gp_core::{FitPosterior, Prediction};
 use kernels::Covariance;
+use linalg::Factor;
 
 use crate::basis::{Basis, add_inner_product, add_transposed_product, mirror};
 use crate::error::MtgpError;

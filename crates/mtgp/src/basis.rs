@@ -5,13 +5,12 @@ use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::{Accum, ColMut, Mat, MatRef, Par};
-use gp_core::{Factor, FitPosterior, LowRankParts};
+use gp_core::{FitPosterior, LowRankParts};
+use linalg::{Factor, TriangularRows, product};
 
 use crate::error::MtgpError;
 use crate::layout::split;
 use crate::prior::MultiTaskCovariance;
-use crate::sequential::product;
-use crate::triangular_rows::TriangularRows;
 
 /// The points that a posterior is expressed in, with its factors there.
 ///

@@ -3,13 +3,12 @@
 use faer::MatRef;
 use gp_core::FitPosterior;
 use kernels::{TorqueParams, sgn};
-use linalg::exp_in_place;
 use linalg::sums::dot_in_lanes;
+use linalg::{TriangularRows, exp_in_place};
 
 use crate::basis::Basis;
 use crate::error::MtgpError;
 use crate::prior::MultiTaskCovariance;
-use crate::triangular_rows::TriangularRows;
 
 /// What a posterior has learned of one joint, laid out for one state at a time.
 ///

@@ -1,11 +1,12 @@
 //! A lower triangular matrix times a few vectors: each row is read once for all of them.
 
 use faer::MatRef;
-use linalg::sums::dot_in_lanes;
+
+use crate::sums::dot_in_lanes;
 
 /// A lower triangular matrix of order b, its rows one after another up to the diagonal.
 #[derive(Debug, Clone)]
-pub(crate) struct TriangularRows {
+pub struct TriangularRows {
     order: usize,
     entries: Vec<f64>,
 }
