@@ -1,7 +1,9 @@
-//! Sums over slices in a fixed order, in eight lanes so that they vectorise.
+//! Sums over slices, each in a fixed order of its own, most of them in eight lanes that vectorise.
 //!
 //! The number of lanes is fixed, whatever the machine's vectors, so a sum is rounded
 //! in the same way everywhere.
+//! Lanes are added one after another at the end, but for [`dot_pairwise`], which adds them in pairs:
+//! the last bits differ, so one does not stand in for the other.
 
 /// Partial sums kept side by side.
 const LANES: usize = 8;
