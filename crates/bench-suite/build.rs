@@ -12,9 +12,10 @@ use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 /// Sources, data and dependencies that the numbers of a cell come from.
-const MEASURED_BY: [&str; 10] = [
+const MEASURED_BY: [&str; 11] = [
     "fixtures/scenario.toml",
     "crates/puma-dyn/src",
+    "crates/linalg/src",
     "crates/kernels/src",
     "crates/gp-core/src",
     "crates/bench-suite/src/seed.rs",
@@ -26,7 +27,7 @@ const MEASURED_BY: [&str; 10] = [
 ];
 
 /// Members of the workspace that numbers come from.
-const MEMBERS: [&str; 4] = ["puma-dyn", "kernels", "gp-core", "mtgp"];
+const MEMBERS: [&str; 5] = ["puma-dyn", "linalg", "kernels", "gp-core", "mtgp"];
 
 /// Packages that this one's own numbers come from.
 const PACKAGES: [&str; 4] = ["faer", "rayon", "rand_chacha", "sha2"];

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use faer::{Mat, MatRef};
-use kernels::{Covariance, Crew, Jitter, column_panels};
+use kernels::{Covariance, Jitter};
+use linalg::{Factor, Threads, column_panels};
 
-use crate::cholesky::Factor;
 use crate::error::GpError;
 use crate::low_rank::rounding_of_entries;
 
@@ -131,13 +131,13 @@ fn log_density(quadratic: f64, factor: &Factor) -> f64 {
 
 fn fill(matrix: &mut Mat<f64>, value: f64) {
     let panels = column_panels(matrix.as_mut(), PANEL);
-    Crew::at_hand(panels.len() * PANEL).for_each(panels, |(_, mut panel)| panel.fill(value));
+    Threads::at_hand(panels.len() * PANEL).for_each(panels, |(_, mut panel)| panel.fill(value));
 }
 
 /// Turns the lower triangle of K⁻¹ into that of ½(αα′ − K⁻¹).
 fn half_outer_minus_half(inverse: &mut Mat<f64>, alpha: &[f64]) {
     let panels = column_panels(inverse.as_mut(), PANEL);
-    Crew::at_hand(alpha.len()).for_each(panels, |(first, panel)| {
+    Threads::at_hand(alpha.len()).for_each(panels, |(first, panel)| {
         for (k, column) in panel.col_iter_mut().enumerate() {
             let alpha_col = alpha[first + k];
             let column = column

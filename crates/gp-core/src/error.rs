@@ -119,4 +119,33 @@ pub enum GpError {
     /// The hyperparameters of a start are unusable.
     #[error(transparent)]
     Kernel(#[from] kernels::KernelError),
+    /// A matrix without the factor or spectrum that an answer needs.
+    #[error(transparent)]
+    Linalg(linalg::LinalgError),
+}
+
+impl From<linalg::LinalgError> for GpError {
+    fn from(error: linalg::LinalgError) -> Self {
+        match error {
+            linalg::LinalgError::NotPositiveDefinite { pivot, order } => {
+                Self::NotPositiveDefinite { pivot, order }
+            }
+            other => Self::Linalg(other),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use faer::mat;
+    use linalg::Factor;
+
+    use super::*;
+
+    #[test]
+    fn a_matrix_without_a_factor_is_a_covariance_that_is_not_positive_definite() {
+        let indefinite = mat![[1.0, 0.0], [2.0, 1.0]];
+        let error = GpError::from(Factor::new(indefinite).unwrap_err());
+        assert_eq!(error, GpError::NotPositiveDefinite { pivot: 1, order: 2 });
+    }
 }

@@ -2,8 +2,8 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
+use linalg::Factor;
 
-use crate::cholesky::Factor;
 use crate::nested::spread_rows;
 
 /// Samples that the information is computed from, if there are more; it is scaled up for the rest.

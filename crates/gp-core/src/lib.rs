@@ -2,7 +2,6 @@
 
 mod bayes_linear;
 mod candidate;
-mod cholesky;
 mod covariance_fit;
 mod data;
 mod dense;
@@ -18,7 +17,6 @@ mod model;
 mod nested;
 mod opening;
 pub mod optimize;
-mod orthogonal;
 mod pivot_choice;
 mod pivoted;
 mod posterior;
@@ -27,17 +25,15 @@ pub mod sampling;
 mod search;
 mod search_ends;
 mod search_metric;
-pub mod sequential;
-mod tiled;
 
 pub use bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};
-pub use cholesky::Factor;
 pub use covariance_fit::{CovarianceFit, fit_covariance};
 pub use error::GpError;
 pub use evidence::{Evaluation, Evidence, LikelihoodOptions, Method, MethodUsed, evidence};
 pub use fit::{Fit, FitOptions, SearchScheme, Starts, fit, fit_from};
 pub use fit_report::{FitReport, StageReport, StartReport};
 pub use init::{StartKind, StartPoint, chapter_start, varied_start};
+pub use linalg::Factor;
 pub use log_marginal::{
     LogMarginal, log_marginal_likelihood, log_marginal_likelihood_with_gradient,
 };

@@ -37,9 +37,9 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par, RowRef};
 use kernels::Covariance;
+use linalg::Orthogonal;
 
 use crate::error::GpError;
-use crate::orthogonal::Orthogonal;
 use crate::pivoted::{PivotedCholesky, row_blocks, rows};
 
 /// A zero-mean process with covariance ΦΦᵀ + σ²I, conditioned on targets.

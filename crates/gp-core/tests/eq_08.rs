@@ -1,8 +1,8 @@
 //! Eq. (8): the log marginal likelihood and every entry of its gradient, against
 //! 50-digit arithmetic.
 
-use faer::{Mat, mat};
-use gp_core::{Factor, GpError, log_marginal_likelihood, log_marginal_likelihood_with_gradient};
+use faer::mat;
+use gp_core::{log_marginal_likelihood, log_marginal_likelihood_with_gradient};
 use kernels::Constant;
 
 use crate::fixture::{Case, case, conditioning_error, likelihood_rows};
@@ -82,34 +82,4 @@ fn one_sample_is_a_normal_density() {
         (value - by_hand).abs() <= 8.0 * f64::EPSILON,
         "{value} {by_hand}"
     );
-}
-
-#[test]
-fn factor_reads_the_lower_triangle_and_gives_solutions() {
-    let k = mat![[4.0, f64::NAN], [2.0, 10.0]];
-    let factor = Factor::new(k.clone()).unwrap();
-    // L = [2 0; 1 3]: |K| = 36, K⁻¹ = [10 −2; −2 4]/36.
-    assert!((factor.log_det() - 36.0_f64.ln()).abs() <= 4.0 * f64::EPSILON * 4.0);
-    let solution = factor.solve(&[36.0, 0.0]);
-    assert!((solution[0] - 10.0).abs() + (solution[1] + 2.0).abs() <= 1e-14);
-    let mut scratch = Mat::zeros(2, 2);
-    let inverse = factor.into_inverse(&mut scratch);
-    assert!(
-        (inverse[(1, 0)] * 36.0 + 2.0).abs() <= 1e-14,
-        "{}",
-        inverse[(1, 0)]
-    );
-    assert!((inverse[(1, 1)] * 36.0 - 4.0).abs() <= 1e-14);
-}
-
-#[test]
-fn matrix_that_is_not_positive_definite_is_refused_at_its_pivot() {
-    let indefinite = mat![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 2.0, 1.0]];
-    let error = Factor::new(indefinite).unwrap_err();
-    assert_eq!(error, GpError::NotPositiveDefinite { pivot: 2, order: 3 });
-    let missing = mat![[1.0, 0.0], [f64::NAN, 1.0]];
-    assert!(matches!(
-        Factor::new(missing),
-        Err(GpError::NotPositiveDefinite { .. })
-    ));
 }

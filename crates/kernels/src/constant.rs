@@ -1,12 +1,10 @@
 //! The bias term b² of eq. (5).
 
 use faer::{MatMut, MatRef};
+use linalg::{Threads, column_mut, column_panels, for_each_column, sums};
 
-use crate::columns::{column_mut, for_each_column};
 use crate::covariance::Covariance;
-use crate::crew::{Crew, column_panels};
 use crate::error::KernelError;
-use crate::lanes;
 use crate::params::{ParamLayout, Transform};
 use crate::positive::require_positive;
 
@@ -63,7 +61,7 @@ impl Covariance for Constant {
     fn add_gram(&self, x: MatRef<'_, f64>, out: MatMut<'_, f64>) {
         assert_eq!((out.nrows(), out.ncols()), (x.nrows(), x.nrows()));
         let panels = column_panels(out, PANEL);
-        Crew::at_hand(x.nrows()).for_each(panels, |(first, mut panel)| {
+        Threads::at_hand(x.nrows()).for_each(panels, |(first, mut panel)| {
             for k in 0..panel.ncols() {
                 for value in &mut column_mut(&mut panel, k)[first + k..] {
                     *value += self.variance();
@@ -94,10 +92,10 @@ impl Covariance for Constant {
         // ∂K/∂b = 2b·11′, so the gradient is 2b times the sum of all entries of Q.
         let n = x.nrows();
         let starts = (0..n).step_by(PANEL).collect();
-        let parts = Crew::at_hand(n).map(starts, |first| {
+        let parts = Threads::at_hand(n).map(starts, |first| {
             let mut sum = 0.0;
             for_each_column(adjoint.subcols(first, PANEL.min(n - first)), |k, column| {
-                let below = lanes::sum(&column[first + k + 1..]);
+                let below = sums::sum(&column[first + k + 1..]);
                 sum += column[first + k] + 2.0 * below;
             });
             sum
@@ -115,7 +113,7 @@ impl Covariance for Constant {
         assert_eq!((adjoint.nrows(), adjoint.ncols()), (x1.nrows(), x2.nrows()));
         assert_eq!(gradient.len(), 1);
         for_each_column(adjoint, |_, column| {
-            gradient[0] += 2.0 * self.bias_std * lanes::sum(column);
+            gradient[0] += 2.0 * self.bias_std * sums::sum(column);
         });
     }
 }

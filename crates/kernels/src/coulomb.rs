@@ -1,8 +1,8 @@
 //! The Coulomb friction term of eq. (6): one step per joint, by the sign of its velocity.
 
 use faer::{Mat, MatMut, MatRef};
+use linalg::{column_mut, for_each_column};
 
-use crate::columns::{column_mut, for_each_column};
 use crate::covariance::Covariance;
 use crate::error::KernelError;
 use crate::features;

@@ -6,10 +6,8 @@
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-
-use crate::columns::for_each_column;
-use crate::crew::{Crew, column_panels, row_panels};
-use crate::lanes::{dot, weighted_squares};
+use linalg::sums::{dot, weighted_squares};
+use linalg::{Threads, column_panels, for_each_column, row_panels};
 
 /// Rows or columns of the Gram matrix that are worked on together.
 const PANEL: usize = 128;
@@ -29,7 +27,7 @@ fn weighted(features: MatRef<'_, f64>, weights: &[f64]) -> Mat<f64> {
 pub(crate) fn add_gram(features: MatRef<'_, f64>, weights: &[f64], out: MatMut<'_, f64>) {
     let scaled = weighted(features, weights);
     let n = features.nrows();
-    Crew::at_hand(n).for_each(column_panels(out, PANEL), |(first, panel)| {
+    Threads::at_hand(n).for_each(column_panels(out, PANEL), |(first, panel)| {
         let (width, below) = (panel.ncols(), n - first - panel.ncols());
         let (mut on_diagonal, rest) = panel
             .subrows_mut(first, width + below)
@@ -95,7 +93,7 @@ pub(crate) fn add_adjoint(
 
     // φᵀQφ = 2 φᵀ(strictly lower Q)φ + Σ_a Q_aa φ_a².
     let mut below = Mat::zeros(n, p); // (n, p)
-    Crew::at_hand(n).for_each(row_panels(below.as_mut(), PANEL), |(first, mut rows)| {
+    Threads::at_hand(n).for_each(row_panels(below.as_mut(), PANEL), |(first, mut rows)| {
         let height = rows.nrows();
         triangular::matmul(
             rows.as_mut(),

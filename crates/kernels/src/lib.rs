@@ -1,15 +1,12 @@
 #![doc = include_str!("../README.md")]
 
 mod audible;
-mod columns;
 mod constant;
 mod coulomb;
 mod covariance;
-mod crew;
 mod error;
 mod features;
 mod jitter;
-mod lanes;
 mod linear_ard;
 mod on_columns;
 mod params;
@@ -19,16 +16,12 @@ mod se_ard;
 mod se_ard_adjoint;
 mod sum;
 mod torque;
-mod vector_exp;
 
-pub use columns::{column_mut, for_each_column};
 pub use constant::Constant;
 pub use coulomb::{Coulomb, sgn};
 pub use covariance::Covariance;
-pub use crew::{Crew, column_panels, row_panels};
 pub use error::KernelError;
 pub use jitter::Jitter;
-pub use lanes::lane_dot;
 pub use linear_ard::LinearArd;
 pub use on_columns::OnColumns;
 pub use params::{
@@ -38,4 +31,3 @@ pub use rigid_body::RigidBody;
 pub use se_ard::SeArd;
 pub use sum::Sum;
 pub use torque::{TorqueCovariance, TorqueForm, TorqueParams};
-pub use vector_exp::exp_in_place;

@@ -15,16 +15,14 @@ use std::ops::Range;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
+use linalg::sums::{sum, weighted_squares};
+use linalg::{Threads, column_mut, column_panels, exp, for_each_column};
 
-use crate::columns::{column_mut, for_each_column};
 use crate::covariance::Covariance;
-use crate::crew::{Crew, column_panels};
 use crate::error::KernelError;
-use crate::lanes::{sum, weighted_squares};
 use crate::params::{ParamLayout, Transform};
 use crate::positive::require_positive;
 use crate::se_ard_adjoint::{CrossSums, LowerSums};
-use crate::vector_exp::exp;
 
 /// Columns of the Gram matrix that are worked on together: their block stays in cache.
 pub(crate) const BLOCK: usize = 64;
@@ -247,7 +245,7 @@ impl Covariance for SeArd {
         let signal_var = self.signal_std * self.signal_std;
         let scaled = self.scaled(x, &column_means(x));
         let panels = column_panels(out, BLOCK);
-        Crew::at_hand(x.nrows()).for_each(panels, |(first, mut panel)| {
+        Threads::at_hand(x.nrows()).for_each(panels, |(first, mut panel)| {
             for_each_tile(&scaled, first, panel.ncols(), |row, mut tile| {
                 for k in 0..tile.ncols() {
                     let target = &mut column_mut(&mut panel, k)[row..];
@@ -302,7 +300,7 @@ impl Covariance for SeArd {
         assert_eq!(gradient.len(), 1 + d);
         let scaled = self.scaled(x, &column_means(x));
         let starts = (0..n).step_by(BLOCK).collect();
-        let parts = Crew::at_hand(n).map(starts, |first| {
+        let parts = Threads::at_hand(n).map(starts, |first| {
             let mut sums = LowerSums::new(n, d, first);
             for_each_tile(&scaled, first, BLOCK.min(n - first), |row, tile| {
                 sums.add_tile(&scaled.z, adjoint, row, tile);

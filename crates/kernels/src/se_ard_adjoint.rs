@@ -5,9 +5,9 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
+use linalg::sums::{dot, sum_in_lanes, weighted_squares};
+use linalg::{column_mut, for_each_column};
 
-use crate::columns::{column_mut, for_each_column};
-use crate::lanes::{dot, lane_sum, weighted_squares};
 use crate::se_ard::{BLOCK, Scaled, correlations, cross_block};
 
 /// Sums over the lower triangle of W = Q ∘ E, or over one block of its columns.
@@ -150,7 +150,7 @@ fn weigh_column(w: &mut [f64], q: &[f64], row_sums: &mut [f64]) -> f64 {
                 *w *= q;
                 *row_sum += *w;
             }
-            lane_sum(w)
+            sum_in_lanes(w)
         },
     )
 }

@@ -2,8 +2,9 @@
 
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatRef, Par};
-use gp_core::{Factor, Posterior, Prediction};
+use gp_core::{Posterior, Prediction};
 use kernels::Covariance;
+use linalg::Factor;
 
 use crate::error::MtgpError;
 use crate::latent_functions::{LatentFunctions, require_inputs};

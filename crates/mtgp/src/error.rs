@@ -124,6 +124,15 @@ pub enum MtgpError {
     Gp(#[from] gp_core::GpError),
 }
 
+impl From<linalg::LinalgError> for MtgpError {
+    fn from(error: linalg::LinalgError) -> Self {
+        match error {
+            linalg::LinalgError::NoSpectrum { rows, columns } => Self::NoSpectrum { rows, columns },
+            other => Self::Gp(other.into()),
+        }
+    }
+}
+
 /// Fails unless there are as many as expected.
 pub(crate) fn require_count(
     what: &'static str,
@@ -138,4 +147,26 @@ pub(crate) fn require_count(
         found,
         expected,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use faer::mat;
+    use linalg::{Factor, symmetric_eigen};
+
+    use super::*;
+
+    #[test]
+    fn failures_of_matrices_are_those_of_the_processes() {
+        let spoilt = mat![[1.0, 0.0], [f64::NAN, 1.0]];
+        let error = MtgpError::from(symmetric_eigen(spoilt.as_ref()).unwrap_err());
+        let (rows, columns) = (2, 2);
+        assert_eq!(error, MtgpError::NoSpectrum { rows, columns });
+
+        let indefinite = mat![[1.0, 0.0], [2.0, 1.0]];
+        let error = MtgpError::from(Factor::new(indefinite).unwrap_err());
+        let (pivot, order) = (1, 2);
+        let expected = gp_core::GpError::NotPositiveDefinite { pivot, order };
+        assert_eq!(error, MtgpError::Gp(expected));
+    }
 }

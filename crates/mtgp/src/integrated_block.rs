@@ -18,8 +18,8 @@
 use std::f64::consts::PI;
 
 use faer::Mat;
-use gp_core::Factor;
 use kernels::Covariance;
+use linalg::Factor;
 
 use crate::error::{MtgpError, require_count};
 use crate::noise_free::NoiseFreeBlock;

@@ -30,9 +30,9 @@ use std::f64::consts::PI;
 use faer::{Mat, MatRef};
 use gp_core::{GpError, Prediction};
 use kernels::Covariance;
+use linalg::{SymmetricEigen, product, symmetric_eigen};
 
 use crate::error::MtgpError;
-use crate::sequential::{SymmetricEigen, product, symmetric_eigen};
 use crate::structured_prediction::{TaskPosterior, dot, require_finite_inputs, require_noise};
 
 /// A multi-task process conditioned on a complete block.

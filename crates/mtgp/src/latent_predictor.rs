@@ -2,11 +2,12 @@
 
 use faer::MatRef;
 use gp_core::Posterior;
-use kernels::{TorqueParams, exp_in_place, lane_dot, sgn};
+use kernels::{TorqueParams, sgn};
+use linalg::sums::dot_in_lanes;
+use linalg::{TriangularRows, exp_in_place};
 
 use crate::error::MtgpError;
 use crate::prior::MultiTaskCovariance;
-use crate::triangular_rows::TriangularRows;
 use crate::whitening::{points_of, whitening};
 
 /// What a posterior has learned of one joint, laid out for one state at a time.
@@ -111,7 +112,7 @@ impl LatentPredictor {
             for ((cross, loading), k) in cross.iter_mut().zip(loading).zip(&sample.k) {
                 *cross = loading * k;
             }
-            sample.mean[c] = lane_dot(cross, &self.weights);
+            sample.mean[c] = dot_in_lanes(cross, &self.weights);
         }
         self.whitening.multiply(&sample.cross, &mut sample.v);
     }
@@ -160,7 +161,7 @@ impl LatentPredictor {
         let part = |c: usize| c * n..(c + 1) * n;
         for c in 0..self.rank {
             for other in 0..self.rank {
-                let known = lane_dot(&first[part(c)], &second[part(other)]);
+                let known = dot_in_lanes(&first[part(c)], &second[part(other)]);
                 out[c * self.rank + other] = if c == other { prior - known } else { -known };
             }
         }

@@ -26,7 +26,6 @@ mod repeated_inputs;
 mod row_population;
 mod runs;
 mod sample_window;
-mod sequential;
 mod shared_factor;
 mod staged;
 mod structured_prediction;
@@ -39,10 +38,8 @@ mod task_regression;
 mod task_row;
 mod task_start;
 mod torque_noise;
-mod triangular_rows;
 mod unknown_context;
 mod whitening;
-mod window_factor;
 
 pub use adapted_posterior::AdaptedPosterior;
 pub use baselines::{fit_independent, fit_pooled, fit_separate};

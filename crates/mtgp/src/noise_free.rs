@@ -24,12 +24,12 @@
 use std::f64::consts::PI;
 
 use faer::{Mat, MatRef};
-use gp_core::{Factor, Prediction};
+use gp_core::Prediction;
 use kernels::Covariance;
+use linalg::{Factor, product, thin_svd};
 
 use crate::error::MtgpError;
 use crate::kron::require_block;
-use crate::sequential::{product, thin_svd};
 use crate::structured_prediction::{TaskPosterior, dot};
 
 /// A multi-task process conditioned on a complete block without noise.

@@ -2,7 +2,8 @@
 
 use faer::{Mat, MatRef};
 use gp_core::optimize::{MinimizeOptions, Objective, minimize};
-use gp_core::{Factor, GpError, StopReason};
+use gp_core::{GpError, StopReason};
+use linalg::{Factor, thin_svd};
 
 use crate::error::MtgpError;
 use crate::latent_functions::LatentFunctions;
@@ -354,7 +355,7 @@ fn least_squares(joints: &[NewTorques<'_>]) -> Result<Vec<f64>, MtgpError> {
         }
         targets.extend(joint.torques.iter().map(|torque| weight * torque));
     }
-    let svd = crate::sequential::thin_svd(design.as_ref())?;
+    let svd = thin_svd(design.as_ref())?;
     let floor = RANK_TOLERANCE * svd.values.first().copied().unwrap_or(0.0);
     let mut entries = vec![0.0; rank];
     for (place, value) in svd

@@ -1,8 +1,9 @@
 //! The joint predictive density of several new torques of one joint under one context.
 
 use faer::{ColMut, Mat, MatRef};
-use gp_core::{Factor, GpError, Posterior};
+use gp_core::{GpError, Posterior};
 use kernels::Covariance;
+use linalg::Factor;
 
 use crate::error::{MtgpError, require_count};
 use crate::latent_functions::LatentFunctions;

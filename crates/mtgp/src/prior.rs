@@ -1,9 +1,8 @@
 //! The multi-task prior of eq. (16), as a covariance of rows (x, task).
 
 use faer::{Mat, MatMut, MatRef};
-use kernels::{
-    Covariance, Crew, ParamLayout, TorqueCovariance, column_mut, column_panels, for_each_column,
-};
+use kernels::{Covariance, ParamLayout, TorqueCovariance};
+use linalg::{Threads, column_mut, column_panels, for_each_column};
 
 use crate::error::MtgpError;
 use crate::layout::{split, with_task};
@@ -145,7 +144,7 @@ impl Covariance for MultiTaskCovariance {
             return self.input.add_gram(x, out);
         }
         let (k_task, runs) = (self.task.k_task(), Runs::new(&tasks));
-        Crew::at_hand(n).for_each(column_panels(out, PANEL), |(first, mut out)| {
+        Threads::at_hand(n).for_each(column_panels(out, PANEL), |(first, mut out)| {
             let mut panel = Mat::zeros(n - first, out.ncols());
             self.add_input_panel(x, first, panel.as_mut());
             for k in 0..out.ncols() {

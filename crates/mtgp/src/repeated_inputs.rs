@@ -42,11 +42,11 @@
 use std::f64::consts::PI;
 
 use faer::{Mat, MatRef};
-use gp_core::{Factor, GpError, Prediction};
+use gp_core::{GpError, Prediction};
 use kernels::Covariance;
+use linalg::{Factor, product, thin_svd};
 
 use crate::error::{MtgpError, require_count};
-use crate::sequential::{product, thin_svd};
 use crate::structured_prediction::{TaskPosterior, dot, require_finite_inputs, require_noise};
 
 /// Torques of several tasks at inputs that some of them share.

@@ -1,7 +1,7 @@
 //! What the rows of the known tasks say of a row that has not been seen: a Gaussian.
 
 use faer::Mat;
-use gp_core::Factor;
+use linalg::Factor;
 
 use crate::error::MtgpError;
 use crate::latent_functions::LatentFunctions;

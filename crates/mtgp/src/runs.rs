@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use faer::{Mat, MatRef};
+use linalg::sums::dot_in_lanes;
 
 /// Stretches of consecutive rows of one task: m of them if the rows are sorted.
 pub(crate) struct Runs {
@@ -63,22 +64,7 @@ impl TaskTable {
     /// Adds Σ_a q_a k_a to T_γ(a)δ over the rows a from `first` on of a column of task δ.
     pub fn add(&mut self, runs: &Runs, first: usize, task: usize, q: &[f64], k: &[f64]) {
         for (rows, row_task) in runs.from(first) {
-            self.sums[(row_task, task)] += dot(&q[rows.clone()], &k[rows]);
+            self.sums[(row_task, task)] += dot_in_lanes(&q[rows.clone()], &k[rows]);
         }
     }
-}
-
-/// Σ_a a_i b_i, in eight lanes that vector instructions can take together.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; 8];
-    let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = (a_chunks.remainder().iter().zip(b_chunks.remainder()))
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in a_chunks.zip(b_chunks) {
-        for ((lane, a), b) in lanes.iter_mut().zip(a).zip(b) {
-            *lane += a * b;
-        }
-    }
-    lanes.iter().sum::<f64>() + rest
 }

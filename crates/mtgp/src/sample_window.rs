@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use gp_core::Posterior;
+use linalg::WindowFactor;
 
 use crate::error::MtgpError;
 use crate::latent_predictor::{LatentPredictor, LatentSample};
 use crate::outliers::Outliers;
 use crate::prior::MultiTaskCovariance;
 use crate::task_row::TaskRow;
-use crate::window_factor::WindowFactor;
 
 /// One joint of a [`crate::ContextTracker`].
 ///

@@ -12,7 +12,8 @@
 use std::ops::Range;
 
 use faer::{Mat, MatRef};
-use kernels::{Covariance, Crew, TorqueCovariance, for_each_column};
+use kernels::{Covariance, TorqueCovariance};
+use linalg::{Threads, for_each_column};
 
 use crate::runs::{Runs, TaskTable};
 
@@ -78,7 +79,7 @@ pub(crate) fn gram_sums(
         return PairSums::of_whole(input, k_task, (x, tasks), adjoint);
     }
     let stretches = Stretch::of(x, tasks);
-    let parts = Crew::at_hand(tasks.len()).map((0..stretches.len()).collect(), |idx| {
+    let parts = Threads::at_hand(tasks.len()).map((0..stretches.len()).collect(), |idx| {
         let mut part = PairSums::zeros(input, k_task);
         let stretch = &stretches[idx];
         for earlier in &stretches[..idx] {

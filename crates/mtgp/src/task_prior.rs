@@ -12,8 +12,9 @@
 use std::f64::consts::{LN_2, PI};
 
 use faer::{Mat, MatRef};
-use gp_core::{Evaluation, Factor, GpError, Likelihood};
+use gp_core::{Evaluation, GpError, Likelihood};
 use kernels::Covariance;
+use linalg::Factor;
 
 use crate::error::MtgpError;
 use crate::prior::MultiTaskCovariance;

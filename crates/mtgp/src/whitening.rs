@@ -3,13 +3,12 @@
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, ColMut, Mat, MatRef, Par};
-use gp_core::{Factor, Posterior};
+use gp_core::Posterior;
+use linalg::{Factor, TriangularRows, product};
 
 use crate::error::MtgpError;
 use crate::layout::split;
 use crate::prior::MultiTaskCovariance;
-use crate::sequential::product;
-use crate::triangular_rows::TriangularRows;
 
 /// The covariates of a posterior's points B, (b, d), and their tasks, (b,).
 pub(crate) fn points_of(

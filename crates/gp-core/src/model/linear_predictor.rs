@@ -1,8 +1,9 @@
 //! One linear model at one state.
 
+use linalg::PackedLower;
+use linalg::sums::dot_pairwise;
+
 use crate::bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
-use crate::model::dot::dot;
-use crate::model::packed_lower::PackedLower;
 
 /// A linear model ready to be asked at one state.
 ///
@@ -43,9 +44,9 @@ impl LinearPredictor {
         pulp::Arch::new().dispatch(
             #[inline(always)]
             || {
-                let mean = dot(&self.weights, features);
+                let mean = dot_pairwise(&self.weights, features);
                 self.r_transposed.solve_in_place(features);
-                (mean, LINEAR_NOISE_VAR * dot(features, features))
+                (mean, LINEAR_NOISE_VAR * dot_pairwise(features, features))
             },
         )
     }

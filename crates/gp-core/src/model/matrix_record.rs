@@ -4,10 +4,10 @@
 //! a triangle is its order and its columns from the diagonal down.
 
 use faer::{Mat, MatRef};
+use linalg::PackedLower;
 use serde::{Deserialize, Serialize};
 
 use crate::model::file::ModelFileError;
-use crate::model::packed_lower::PackedLower;
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct MatrixRecord {

@@ -1,13 +1,11 @@
 //! What is learned for a robot: one torque model per joint, its file, and its predictor for a control loop.
 
-mod dot;
 mod file;
 mod informed_model;
 mod joint_model;
 mod linear_predictor;
 mod matrix_record;
 mod origin_record;
-mod packed_lower;
 mod predictor;
 mod process_predictor;
 mod process_record;

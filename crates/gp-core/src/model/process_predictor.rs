@@ -4,10 +4,10 @@
 //! that depends on the context asked for; everything else is shared.
 
 use faer::MatRef;
-use kernels::{Covariance, TorqueCovariance, exp_in_place, sgn};
+use kernels::{Covariance, TorqueCovariance, sgn};
+use linalg::sums::{dot_compensated, dot_pairwise};
+use linalg::{PackedLower, exp_in_place};
 
-use crate::model::dot::{dot, dot_compensated};
-use crate::model::packed_lower::PackedLower;
 use crate::posterior::Posterior;
 
 /// Where a process keeps what it learned: its basis points and the factors of its variance.
@@ -259,9 +259,9 @@ impl ProcessPredictor {
         k: &mut [f64],
     ) -> (f64, f64) {
         let n_signs = view.folded.coulomb.len();
-        let mean = dot(&view.signal_weights, correlations)
-            + dot(&view.folded.linear, x)
-            + dot(&view.folded.coulomb, &signs[..n_signs])
+        let mean = dot_pairwise(&view.signal_weights, correlations)
+            + dot_pairwise(&view.folded.linear, x)
+            + dot_pairwise(&view.folded.coulomb, &signs[..n_signs])
             + view.folded.bias;
 
         for (k, correlation) in k.iter_mut().zip(correlations) {
@@ -274,12 +274,12 @@ impl ProcessPredictor {
         }
         self.l.solve_in_place(k); // φ
         let prior_var = view.scale_prior(self.terms.prior_var(x, &signs[..n_signs]));
-        let unexplained = prior_var - dot(k, k);
+        let unexplained = prior_var - dot_pairwise(k, k);
         // The comparison lets NaN through, which f64::max would turn into certainty.
         let mut var = if unexplained < 0.0 { 0.0 } else { unexplained };
         if let Some((r_transposed, noise_var)) = &self.noise {
             r_transposed.solve_in_place(k);
-            var += noise_var * dot(k, k);
+            var += noise_var * dot_pairwise(k, k);
         }
         (mean, var)
     }

@@ -1,9 +1,9 @@
 //! A process of any covariance as a plain record: hyperparameters of eq. (7), posterior, summary of the fit.
 
 use kernels::{Covariance, TorqueCovariance, TorqueParams};
+use linalg::Factor;
 use serde::{Deserialize, Serialize};
 
-use crate::cholesky::Factor;
 use crate::data::require_noise;
 use crate::model::file::ModelFileError;
 use crate::model::joint_model::FitSummary;

@@ -4,8 +4,8 @@ use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::{Mat, MatRef, Par};
+use linalg::Factor;
 
-use crate::cholesky::Factor;
 use crate::data::{require_finite_inputs, require_noise};
 use crate::error::GpError;
 

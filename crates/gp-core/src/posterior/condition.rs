@@ -2,8 +2,8 @@
 
 use faer::{Mat, MatRef};
 use kernels::{Covariance, Jitter, TorqueCovariance};
+use linalg::Factor;
 
-use crate::cholesky::Factor;
 use crate::data::{require_noise, require_training_data};
 use crate::error::GpError;
 use crate::evidence::{LikelihoodOptions, Method, MethodUsed};

@@ -6,11 +6,10 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Accum, ColMut, Mat, MatRef, Par};
 use kernels::{Covariance, Jitter};
+use linalg::{Factor, upper_of};
 
-use crate::cholesky::Factor;
 use crate::data::require_training_data;
 use crate::error::GpError;
-use crate::orthogonal::upper_of;
 use crate::pivot_choice::Choice;
 use crate::pivoted::{independent_rows, rows};
 use crate::posterior::basis::Basis;
@@ -149,7 +148,7 @@ fn renewed(r: &Mat<f64>, features: &Mat<f64>, noise_var: f64) -> Result<Factor, 
     matmul(corner, Accum::Replace, r.transpose(), r, 1.0, Par::Seq);
     let (f, ft) = (features.as_ref(), features.transpose());
     matmul(gram.as_mut(), Accum::Add, f, ft, 1.0, Par::Seq);
-    Factor::new(gram)
+    Ok(Factor::new(gram)?)
 }
 
 /// matrix − halfᵀ half

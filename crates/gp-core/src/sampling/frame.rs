@@ -2,10 +2,10 @@
 
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
+use linalg::{SymmetricEigen, product, symmetric_eigen};
 
 use super::log_density::LogDensity;
 use crate::error::GpError;
-use crate::sequential::{SymmetricEigen, product, symmetric_eigen};
 
 /// Draws that the frame at hand counts as when it is refined.
 const DRAWS_OF_OLD_FRAME: f64 = 30.0;
@@ -146,7 +146,7 @@ fn geometric_mean_root(of_y: MatRef<'_, f64>, of_g: MatRef<'_, f64>) -> Option<M
 /// A power of a positive definite matrix by its eigenvalues; `None` unless it is one.
 fn power(matrix: MatRef<'_, f64>, exponent: f64) -> Option<Mat<f64>> {
     let order = matrix.nrows();
-    let SymmetricEigen { values, vectors } = symmetric_eigen(matrix)?;
+    let SymmetricEigen { values, vectors } = symmetric_eigen(matrix).ok()?;
     if values.iter().any(|value| *value <= 0.0) {
         return None;
     }

@@ -32,14 +32,14 @@ use faer::linalg::triangular_solve::{
 use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par};
 
 use crate::cholesky::Factor;
-use crate::error::GpError;
+use crate::error::LinalgError;
 
 /// How far from I the product QᵀQ may be: the error it leaves in log|RᵀR|.
 const LOSS_OF_ORTHOGONALITY: f64 = 1e-10;
 
 /// R, and Q by its parts.
 #[derive(Debug, Clone)]
-pub(crate) struct Orthogonal {
+pub struct Orthogonal {
     noise_std: f64,
     r: Mat<f64>,    // (r, r), upper
     gram: Mat<f64>, // ΦᵀΦ, (r, r), symmetric
@@ -58,8 +58,8 @@ impl Orthogonal {
     /// Factorises [Φ; σI].
     ///
     /// # Errors
-    /// [`GpError::NotPositiveDefinite`] if ΦᵀΦ + σ²I has no Cholesky factor.
-    pub fn new(phi: MatRef<'_, f64>, noise_std: f64) -> Result<Self, GpError> {
+    /// [`LinalgError::NotPositiveDefinite`] if ΦᵀΦ + σ²I has no Cholesky factor.
+    pub fn new(phi: MatRef<'_, f64>, noise_std: f64) -> Result<Self, LinalgError> {
         let r = phi.ncols();
         let mut gram = gram_lower(phi);
         let mut shifted = gram.clone();
@@ -89,6 +89,7 @@ impl Orthogonal {
     }
 
     /// B, (n, r); `phi` is the matrix that was factorised.
+    #[inline]
     pub fn top<'a>(&'a self, phi: MatRef<'a, f64>) -> MatRef<'a, f64> {
         self.second
             .as_ref()
@@ -96,6 +97,7 @@ impl Orthogonal {
     }
 
     /// T, (r, r), upper triangular.
+    #[inline]
     pub fn triangle(&self) -> MatRef<'_, f64> {
         self.second
             .as_ref()
@@ -103,11 +105,13 @@ impl Orthogonal {
     }
 
     /// R, (r, r), upper triangular.
+    #[inline]
     pub fn r(&self) -> MatRef<'_, f64> {
         self.r.as_ref()
     }
 
     /// ΦᵀΦ, (r, r).
+    #[inline]
     pub fn gram(&self) -> MatRef<'_, f64> {
         self.gram.as_ref()
     }
@@ -220,7 +224,7 @@ fn second_round(
     phi: MatRef<'_, f64>,
     noise_std: f64,
     first: &Factor,
-) -> Result<(SecondRound, Mat<f64>), GpError> {
+) -> Result<(SecondRound, Mat<f64>), LinalgError> {
     let r = phi.ncols();
     let mut top = phi.to_owned();
     let mut bottom = Mat::from_fn(r, r, |row, col| if row == col { noise_std } else { 0.0 });
@@ -239,8 +243,8 @@ fn second_round(
     Ok((round, upper_of(product.as_ref())))
 }
 
-/// Lᵀ with zeros below the diagonal, from the lower triangle.
-pub(crate) fn upper_of(lower: MatRef<'_, f64>) -> Mat<f64> {
+/// Lᵀ with zeros below the diagonal, from the lower triangle of a square matrix.
+pub fn upper_of(lower: MatRef<'_, f64>) -> Mat<f64> {
     let r = lower.nrows();
     Mat::from_fn(
         r,

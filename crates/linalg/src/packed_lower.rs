@@ -13,7 +13,7 @@ const PANEL: usize = 4;
 /// # Source
 /// Forward substitution by columns: Golub & Van Loan 2013, algorithm 3.1.3.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct PackedLower {
+pub struct PackedLower {
     order: usize,
     columns: Vec<f64>,
     inverse_diagonal: Vec<f64>,
@@ -46,17 +46,20 @@ impl PackedLower {
     }
 
     /// Order n.
+    #[inline]
     pub fn order(&self) -> usize {
         self.order
     }
 
     /// Whether no entry of the diagonal is zero or has an infinite reciprocal.
+    #[inline]
     pub fn is_invertible(&self) -> bool {
         let inverse = &self.inverse_diagonal;
         inverse.iter().all(|value| value.is_finite())
     }
 
     /// The entries, column after column, each from the diagonal down.
+    #[inline]
     pub fn columns(&self) -> &[f64] {
         &self.columns
     }

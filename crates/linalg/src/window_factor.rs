@@ -1,16 +1,18 @@
 //! A Cholesky factor that grows by its last row and loses its first.
 
-/// Factor of the covariance of the torques in a window, with their whitened residuals.
+use crate::sums::dot_in_sequence;
+
+/// Factor of a positive definite matrix A that slides along a longer one, with e whitened by it.
 ///
 /// ```text
 /// A = LLᵀ,   z = L⁻¹e
 /// ```
-/// A new torque adds a row in O(w²); the oldest leaves in O(w²), as the rest of A is
+/// A new entry of e adds a row in O(w²); the oldest leaves in O(w²), as the rest of A is
 /// L₂₂L₂₂ᵀ + l₂₁l₂₁ᵀ: an update by one positive term, which rotations do without loss.
 /// # Source
 /// Golub & Van Loan 2013, sec. 6.5.4; Gill, Golub, Murray & Saunders 1974, method C1.
 #[derive(Debug, Clone)]
-pub(crate) struct WindowFactor {
+pub struct WindowFactor {
     capacity: usize,
     order: usize,
     l: Vec<f64>, // (capacity, capacity), row after row
@@ -19,6 +21,7 @@ pub(crate) struct WindowFactor {
 }
 
 impl WindowFactor {
+    /// A factor of order zero with room for `capacity` rows.
     pub fn new(capacity: usize) -> Self {
         Self {
             capacity,
@@ -29,6 +32,8 @@ impl WindowFactor {
         }
     }
 
+    /// Order of A.
+    #[inline]
     pub fn order(&self) -> usize {
         self.order
     }
@@ -39,20 +44,23 @@ impl WindowFactor {
     /// l = L⁻¹a,   v = σ² + (c − lᵀl)₊,   ((e − lᵀz)/√v, √v)
     /// ```
     /// # Shapes
-    /// `covariances` a and then c, of the latent torque, (order + 1,).
+    /// `covariances` a and then c, (order + 1,): the new row of A without σ².
+    /// # Panics
+    /// If the capacity is used up, or `covariances` has fewer entries.
+    #[inline]
     pub fn append(&mut self, covariances: &[f64], noise_var: f64, residual: f64) -> (f64, f64) {
         let (order, capacity) = (self.order, self.capacity);
         let (above, row) = self.l.split_at_mut(order * capacity);
         for (col, covariance) in covariances[..order].iter().enumerate() {
             let known = &above[col * capacity..];
-            let sum = dot(&row[..col], &known[..col]);
+            let sum = dot_in_sequence(&row[..col], &known[..col]);
             row[col] = (covariance - sum) / known[col];
         }
-        let unexplained = covariances[order] - dot(&row[..order], &row[..order]);
+        let unexplained = covariances[order] - dot_in_sequence(&row[..order], &row[..order]);
         // The comparison lets NaN through, which f64::max would turn into certainty.
         let latent_var = if unexplained < 0.0 { 0.0 } else { unexplained };
         let std = (noise_var + latent_var).sqrt();
-        let z = (residual - dot(&row[..order], &self.z[..order])) / std;
+        let z = (residual - dot_in_sequence(&row[..order], &self.z[..order])) / std;
         row[order] = std;
         self.z[order] = z;
         self.order += 1;
@@ -60,16 +68,19 @@ impl WindowFactor {
     }
 
     /// Takes the newest residual out.
+    #[inline]
     pub fn drop_last(&mut self) {
         self.order = self.order.saturating_sub(1);
     }
 
     /// Takes all residuals out.
+    #[inline]
     pub fn clear(&mut self) {
         self.order = 0;
     }
 
     /// Takes the oldest residual out.
+    #[inline]
     pub fn drop_first(&mut self) {
         let (n, capacity) = (self.order, self.capacity);
         for row in 1..n {
@@ -92,10 +103,6 @@ impl WindowFactor {
         }
         self.order = n.saturating_sub(1);
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

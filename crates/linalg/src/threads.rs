@@ -12,23 +12,24 @@ const WORTH_SHARING: usize = 512;
 
 /// The threads that share one piece of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Crew {
+pub enum Threads {
     /// The calling thread.
-    Alone,
+    One,
     /// All threads of rayon's pool.
     Pool,
 }
 
-impl Crew {
-    /// The crew for matrices of order `n`.
+impl Threads {
+    /// The threads for matrices of order `n`.
     ///
     /// A thread that already works for a pool stays alone: its neighbours have work
     /// of their own, other fits for example, and a thread that waited for them
     /// would begin yet another fit, with all its memory, before it finished this one.
+    #[inline]
     pub fn at_hand(n: usize) -> Self {
         let is_worker = rayon::current_thread_index().is_some();
         if n < WORTH_SHARING || is_worker || rayon::current_num_threads() == 1 {
-            Self::Alone
+            Self::One
         } else {
             Self::Pool
         }
@@ -37,7 +38,7 @@ impl Crew {
     /// Enters the pool once, for a piece of work of many steps.
     pub fn run<R: Send>(self, work: impl FnOnce() -> R + Send) -> R {
         match self {
-            Self::Alone => work(),
+            Self::One => work(),
             Self::Pool => rayon::scope(|_| work()),
         }
     }
@@ -45,7 +46,7 @@ impl Crew {
     /// Does `work` on every part.
     pub fn for_each<T: Send>(self, parts: Vec<T>, work: impl Fn(T) + Sync + Send) {
         match self {
-            Self::Alone => parts.into_iter().for_each(work),
+            Self::One => parts.into_iter().for_each(work),
             Self::Pool => parts.into_par_iter().with_max_len(1).for_each(work),
         }
     }
@@ -57,7 +58,7 @@ impl Crew {
         work: impl Fn(T) -> R + Sync + Send,
     ) -> Vec<R> {
         match self {
-            Self::Alone => parts.into_iter().map(work).collect(),
+            Self::One => parts.into_iter().map(work).collect(),
             Self::Pool => (parts.into_par_iter().with_max_len(1).map(work)).collect(),
         }
     }
@@ -69,7 +70,7 @@ impl Crew {
         second: impl FnOnce() -> B + Send,
     ) -> (A, B) {
         match self {
-            Self::Alone => (first(), second()),
+            Self::One => (first(), second()),
             Self::Pool => rayon::join(first, second),
         }
     }

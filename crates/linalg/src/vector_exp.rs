@@ -28,6 +28,7 @@ const OVERFLOW: f64 = 709.0;
 /// ```
 /// The series stops at a remainder of r¹⁴/14! ≤ 5·10⁻¹⁸.
 /// Arguments below −708 give 0, above 709 infinity; NaN stays NaN.
+#[inline]
 pub fn exp_in_place(values: &mut [f64]) {
     pulp::Arch::new().dispatch(
         #[inline(always)]
@@ -45,7 +46,7 @@ pub fn exp_in_place(values: &mut [f64]) {
     clippy::inline_always,
     reason = "the loop around it is compiled once per instruction set"
 )]
-pub(crate) fn exp(x: f64) -> f64 {
+pub fn exp(x: f64) -> f64 {
     // k = round(x / ln 2), as a double and in the low bits of `shifted`.
     let shifted = x * LOG2_E + ROUNDER;
     let k = shifted - ROUNDER;

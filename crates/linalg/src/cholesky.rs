@@ -1,19 +1,13 @@
-//! The Cholesky factor K = LLᵀ: the only place where a covariance matrix is factorised.
+//! The Cholesky factor K = LLᵀ of a positive definite matrix.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{
-    LltError, LltParams, LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
-};
-use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
-use faer::{Accum, Auto, ColMut, Mat, MatMut, MatRef, Par, Spec};
+use faer::{ColMut, Mat, MatMut, MatRef, Par};
 
-use kernels::Crew;
-
-use crate::error::GpError;
+use crate::error::LinalgError;
+use crate::in_place::{factorise_in_place, invert_in_place};
+use crate::threads::Threads;
 use crate::tiled;
 
 /// Orders from which a matrix is worked on in tiles.
@@ -40,20 +34,24 @@ impl Factor {
     /// Factorises K in place, reading its lower triangle only.
     ///
     /// # Errors
-    /// [`GpError::NotPositiveDefinite`] at the first pivot that is not a positive number,
+    /// [`LinalgError::NotPositiveDefinite`] at the first pivot that is not a positive number,
     /// which includes NaN anywhere in the triangle.
     /// # Panics
     /// If the matrix is not square.
-    pub fn new(mut k: Mat<f64>) -> Result<Self, GpError> {
+    pub fn new(mut k: Mat<f64>) -> Result<Self, LinalgError> {
         let order = k.nrows();
-        assert_eq!(order, k.ncols(), "a covariance matrix is square");
-        let crew = Crew::at_hand(order);
+        assert_eq!(
+            order,
+            k.ncols(),
+            "a matrix with a Cholesky factor is square"
+        );
+        let threads = Threads::at_hand(order);
         let outcome = if order < TILED {
             factorise_in_place(k.as_mut())
         } else {
-            crew.run(|| tiled::factorise(k.as_mut(), crew))
+            threads.run(|| tiled::factorise(k.as_mut(), threads))
         };
-        outcome.map_err(|pivot| GpError::NotPositiveDefinite { pivot, order })?;
+        outcome.map_err(|pivot| LinalgError::NotPositiveDefinite { pivot, order })?;
         Ok(Self { l: k })
     }
 
@@ -61,17 +59,19 @@ impl Factor {
     ///
     /// # Panics
     /// If the matrix is not square.
-    pub(crate) fn from_lower(l: Mat<f64>) -> Self {
+    pub fn from_lower(l: Mat<f64>) -> Self {
         assert_eq!(l.nrows(), l.ncols(), "a Cholesky factor is square");
         Self { l }
     }
 
     /// Order n of the matrix.
+    #[inline]
     pub fn order(&self) -> usize {
         self.l.nrows()
     }
 
     /// The factor L; only its lower triangle has a meaning.
+    #[inline]
     pub fn l(&self) -> MatRef<'_, f64> {
         self.l.as_ref()
     }
@@ -175,8 +175,8 @@ impl Factor {
         if order < TILED {
             invert_in_place(inverse.as_mut(), scratch.as_mut());
         } else {
-            let crew = Crew::at_hand(order);
-            crew.run(|| tiled::invert(inverse.as_mut(), scratch.as_mut(), crew));
+            let threads = Threads::at_hand(order);
+            threads.run(|| tiled::invert(inverse.as_mut(), scratch.as_mut(), threads));
         }
         inverse
     }
@@ -185,38 +185,4 @@ impl Factor {
     pub fn into_buffer(self) -> Mat<f64> {
         self.l
     }
-}
-
-/// Replaces the lower triangle of K by that of L, by one thread.
-///
-/// # Errors
-/// The index of the first pivot that is not a positive number.
-pub(crate) fn factorise_in_place(k: MatMut<'_, f64>) -> Result<(), usize> {
-    let params: Spec<LltParams, f64> = <LltParams as Auto<f64>>::auto().into();
-    let scratch = cholesky_in_place_scratch::<f64>(k.nrows(), Par::Seq, params);
-    cholesky_in_place(
-        k,
-        LltRegularization::default(),
-        Par::Seq,
-        MemStack::new(&mut MemBuffer::new(scratch)),
-        params,
-    )
-    .map_err(|LltError::NonPositivePivot { index }| index)?;
-    Ok(())
-}
-
-/// The lower triangle of L⁻ᵀL⁻¹ in place of that of L, with L⁻¹ in `scratch`, by one thread.
-fn invert_in_place(mut l: MatMut<'_, f64>, mut scratch: MatMut<'_, f64>) {
-    invert_lower_triangular(scratch.as_mut(), l.as_ref(), Par::Seq);
-    triangular::matmul(
-        l.as_mut(),
-        BlockStructure::TriangularLower,
-        Accum::Replace,
-        scratch.as_ref().transpose(),
-        BlockStructure::TriangularUpper,
-        scratch.as_ref(),
-        BlockStructure::TriangularLower,
-        1.0,
-        Par::Seq,
-    );
 }

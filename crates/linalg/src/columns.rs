@@ -6,6 +6,7 @@ use faer::{MatMut, MatRef};
 ///
 /// # Panics
 /// If the columns of the matrix are not contiguous.
+#[inline]
 pub fn column_mut<'a>(matrix: &'a mut MatMut<'_, f64>, col_idx: usize) -> &'a mut [f64] {
     matrix
         .as_mut()
@@ -18,6 +19,7 @@ pub fn column_mut<'a>(matrix: &'a mut MatMut<'_, f64>, col_idx: usize) -> &'a mu
 /// Runs `visit` on every column, as a slice if it is one and as a copy if not.
 ///
 /// Inputs come from callers, who may hand over a transposed view.
+#[inline]
 pub fn for_each_column(matrix: MatRef<'_, f64>, mut visit: impl FnMut(usize, &[f64])) {
     let mut copy = Vec::new();
     for (col_idx, col) in matrix.col_iter().enumerate() {

@@ -1,11 +1,12 @@
 //! A lower triangular matrix times a few vectors: each row is read once for all of them.
 
 use faer::MatRef;
-use kernels::lane_dot;
+
+use crate::sums::dot_in_lanes;
 
 /// A lower triangular matrix of order b, its rows one after another up to the diagonal.
 #[derive(Debug, Clone)]
-pub(crate) struct TriangularRows {
+pub struct TriangularRows {
     order: usize,
     entries: Vec<f64>,
 }
@@ -34,7 +35,7 @@ impl TriangularRows {
             let pairs =
                 (vectors.chunks_exact(self.order)).zip(products.chunks_exact_mut(self.order));
             for (vector, product) in pairs {
-                product[row] = lane_dot(entries, &vector[..=row]);
+                product[row] = dot_in_lanes(entries, &vector[..=row]);
             }
             rest = after;
         }

@@ -11,9 +11,9 @@ use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::reborrow::IntoConst;
 use faer::{Accum, MatMut, MatRef, Par};
-use kernels::{Crew, column_panels, row_panels};
 
-use crate::cholesky::factorise_in_place;
+use crate::in_place::factorise_in_place;
+use crate::threads::{Threads, column_panels, row_panels};
 
 /// Products are cut to this many summands: their operands then stay in the second cache.
 const SUMMANDS: usize = 256;
@@ -31,7 +31,7 @@ fn tile_size(order: usize) -> usize {
 /// The index of the first pivot that is not a positive number.
 /// # Source
 /// Golub & Van Loan 2013, sec. 4.2.
-pub(crate) fn factorise(mut k: MatMut<'_, f64>, crew: Crew) -> Result<(), usize> {
+pub(crate) fn factorise(mut k: MatMut<'_, f64>, threads: Threads) -> Result<(), usize> {
     let order = k.nrows();
     let size = tile_size(order);
     for first in (0..order).step_by(size) {
@@ -44,13 +44,13 @@ pub(crate) fn factorise(mut k: MatMut<'_, f64>, crew: Crew) -> Result<(), usize>
             .submatrix_mut(first, 0, order - first, width)
             .split_at_row_mut(width);
 
-        let (outcome, ()) = crew.join(
+        let (outcome, ()) = threads.join(
             || {
                 subtract_lower_product(diagonal.as_mut(), left_beside);
                 factorise_in_place(diagonal.as_mut())
             },
             || {
-                crew.for_each(row_panels(below.as_mut(), size / 2), |(row, tile)| {
+                threads.for_each(row_panels(below.as_mut(), size / 2), |(row, tile)| {
                     let lhs = left_below.subrows(row, tile.nrows());
                     add_product(tile, lhs, left_beside.transpose(), -1.0);
                 });
@@ -59,7 +59,7 @@ pub(crate) fn factorise(mut k: MatMut<'_, f64>, crew: Crew) -> Result<(), usize>
         outcome.map_err(|pivot| first + pivot)?;
 
         let diagonal = diagonal.into_const();
-        crew.for_each(row_panels(below, size / 2), |(_, tile)| {
+        threads.for_each(row_panels(below, size / 2), |(_, tile)| {
             solve_lower_triangular_in_place(diagonal, tile.transpose_mut(), Par::Seq);
         });
     }
@@ -69,16 +69,16 @@ pub(crate) fn factorise(mut k: MatMut<'_, f64>, crew: Crew) -> Result<(), usize>
 /// The lower triangle of L⁻ᵀL⁻¹ in place of that of L.
 ///
 /// `scratch` is overwritten with L⁻¹ on and below the diagonal.
-pub(crate) fn invert(l: MatMut<'_, f64>, mut scratch: MatMut<'_, f64>, crew: Crew) {
-    invert_lower(l.as_ref(), scratch.as_mut(), crew);
-    lower_of_gram(scratch.into_const(), l, crew);
+pub(crate) fn invert(l: MatMut<'_, f64>, mut scratch: MatMut<'_, f64>, threads: Threads) {
+    invert_lower(l.as_ref(), scratch.as_mut(), threads);
+    lower_of_gram(scratch.into_const(), l, threads);
 }
 
 /// L⁻¹ on and below the diagonal of `out`; its panels of columns do not depend on each other.
-fn invert_lower(l: MatRef<'_, f64>, out: MatMut<'_, f64>, crew: Crew) {
+fn invert_lower(l: MatRef<'_, f64>, out: MatMut<'_, f64>, threads: Threads) {
     let order = l.nrows();
     let size = tile_size(order);
-    crew.for_each(column_panels(out, size), |(first, panel)| {
+    threads.for_each(column_panels(out, size), |(first, panel)| {
         let rest = order - first;
         let l = l.submatrix(first, first, rest, rest);
         invert_panel(l, panel.subrows_mut(first, rest), size);
@@ -117,7 +117,7 @@ fn invert_panel(l: MatRef<'_, f64>, mut panel: MatMut<'_, f64>, size: usize) {
 }
 
 /// The lower triangle of XᵀX for a lower triangular X; its tiles do not depend on each other.
-fn lower_of_gram(x: MatRef<'_, f64>, out: MatMut<'_, f64>, crew: Crew) {
+fn lower_of_gram(x: MatRef<'_, f64>, out: MatMut<'_, f64>, threads: Threads) {
     let size = tile_size(x.nrows());
     let mut tiles = Vec::new();
     for (col, panel) in column_panels(out, size) {
@@ -127,7 +127,7 @@ fn lower_of_gram(x: MatRef<'_, f64>, out: MatMut<'_, f64>, crew: Crew) {
         }
     }
     tiles.sort_by_key(|&(row, col, _)| (row, col)); // the longest sums first
-    crew.for_each(tiles, |(row, col, tile)| tile_of_gram(x, row, col, tile));
+    threads.for_each(tiles, |(row, col, tile)| tile_of_gram(x, row, col, tile));
 }
 
 /// Σ_k X_kᵢᵀ X_kⱼ for the columns i from `row` on and j from `col` on, k from `row` on.
@@ -200,8 +200,6 @@ mod tests {
     use faer::Mat;
 
     use super::*;
-    use crate::cholesky::Factor;
-    use crate::error::GpError;
 
     /// K_ij = 1 + min(i, j): L is 1 on and below the diagonal, and all of its arithmetic exact.
     fn counts(order: usize) -> Mat<f64> {
@@ -226,10 +224,10 @@ mod tests {
         })
     }
 
-    fn factor_and_inverse(mut k: Mat<f64>, crew: Crew) -> (Mat<f64>, Mat<f64>) {
-        crew.run(|| factorise(k.as_mut(), crew)).unwrap();
+    fn factor_and_inverse(mut k: Mat<f64>, threads: Threads) -> (Mat<f64>, Mat<f64>) {
+        threads.run(|| factorise(k.as_mut(), threads)).unwrap();
         let (mut inverse, mut scratch) = (k.clone(), Mat::zeros(k.nrows(), k.ncols()));
-        crew.run(|| invert(inverse.as_mut(), scratch.as_mut(), crew));
+        threads.run(|| invert(inverse.as_mut(), scratch.as_mut(), threads));
         (k, inverse)
     }
 
@@ -243,8 +241,12 @@ mod tests {
 
     #[test]
     fn factor_and_inverse_of_the_matrix_of_counts_are_exact() {
-        for (order, crew) in [(100, Crew::Pool), (700, Crew::Alone), (1301, Crew::Pool)] {
-            let (l, inverse) = factor_and_inverse(counts(order), crew);
+        for (order, threads) in [
+            (100, Threads::Pool),
+            (700, Threads::One),
+            (1301, Threads::Pool),
+        ] {
+            let (l, inverse) = factor_and_inverse(counts(order), threads);
             for_each_lower(order, |i, j| {
                 assert_eq!(l[(i, j)], 1.0, "L[{i}, {j}] of {order}");
                 let expected = inverse_of_counts(order, i, j);
@@ -256,35 +258,15 @@ mod tests {
     #[test]
     fn any_number_of_threads_gives_the_same_bits() {
         let order = 1500; // large enough for tiles of another size than the least
-        let (l, inverse) = factor_and_inverse(rough(order), Crew::Alone);
+        let (l, inverse) = factor_and_inverse(rough(order), Threads::One);
         for n_threads in 1..=3 {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads);
             let (l_too, inverse_too) =
-                (pool.build().unwrap()).install(|| factor_and_inverse(rough(order), Crew::Pool));
+                (pool.build().unwrap()).install(|| factor_and_inverse(rough(order), Threads::Pool));
             for_each_lower(order, |i, j| {
                 assert_eq!(l[(i, j)].to_bits(), l_too[(i, j)].to_bits());
                 assert_eq!(inverse[(i, j)].to_bits(), inverse_too[(i, j)].to_bits());
             });
-        }
-    }
-
-    #[test]
-    fn first_pivot_that_is_not_positive_is_named() {
-        let order = 900;
-        for pivot in [0, 5, 127, 128, 500, 899] {
-            let mut k = counts(order);
-            k[(pivot, pivot)] -= 2.0; // 1 before, −1 now
-            let error = Factor::new(k).unwrap_err();
-            assert_eq!(error, GpError::NotPositiveDefinite { pivot, order });
-        }
-    }
-
-    #[test]
-    fn nan_anywhere_is_no_factor() {
-        for (row, col) in [(0, 0), (3, 2), (640, 1), (899, 0), (899, 898), (700, 300)] {
-            let mut k = counts(900);
-            k[(row, col)] = f64::NAN;
-            assert!(Factor::new(k).is_err(), "({row}, {col})");
         }
     }
 }
