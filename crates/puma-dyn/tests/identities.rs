@@ -1,10 +1,13 @@
 //! Identities that hold for every robot, tried on random trees.
 
+use puma_dyn::dynamics::{
+    bias_acceleration, coriolis_torques, drive_parameters, full_regressor, gravity_torques,
+    inertial_parameters, kinetic_energy, potential_energy,
+};
 use puma_dyn::nalgebra::DMatrix;
 use puma_dyn::{
-    Context, DynError, Effects, Friction, Model, TorqueTerms, Workspace, aba, bias_acceleration,
-    coriolis_torques, crba, drive_parameters, forward_kinematics, full_regressor, gravity_torques,
-    inertial_parameters, jacobian, kinetic_energy, potential_energy, regressor, rnea, torque_terms,
+    Context, DynError, Effects, Friction, Model, TorqueTerms, Workspace, aba, crba,
+    forward_kinematics, jacobian, regressor, rnea, torque_terms,
 };
 
 use crate::random_tree::{Case, Joints, cases};
@@ -221,7 +224,8 @@ fn aba_inverts_rnea() {
 #[test]
 fn aba_names_the_joint_that_feels_no_inertia() {
     // A point mass on the axis: the joint turns nothing.
-    use puma_dyn::{Inertial, JointDescription, JointKind, LinkDescription, RobotDescription};
+    use puma_dyn::RobotDescription;
+    use puma_dyn::robot::{Inertial, JointDescription, JointKind, LinkDescription};
     let mut robot = RobotDescription::new("spindle");
     let point = Inertial {
         mass: 1.0,
@@ -429,7 +433,7 @@ fn bias_acceleration_is_the_change_of_the_jacobian_times_speed() {
 fn the_order_of_the_joints_in_the_file_is_the_order_of_q() {
     for case in cases(Joints::Mixed) {
         let moving = case.description.joints.iter();
-        let moving = moving.filter(|joint| joint.kind != puma_dyn::JointKind::Fixed);
+        let moving = moving.filter(|joint| joint.kind != puma_dyn::robot::JointKind::Fixed);
         let names: Vec<&String> = moving.map(|joint| &joint.name).collect();
         assert_eq!(case.model.joint_names().iter().collect::<Vec<_>>(), names);
     }
