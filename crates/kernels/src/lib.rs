@@ -1,6 +1,5 @@
 #![doc = include_str!("../README.md")]
 
-mod audible;
 mod columns;
 mod constant;
 mod coulomb;
@@ -10,15 +9,18 @@ mod error;
 mod features;
 mod jitter;
 mod lanes;
+#[cfg(feature = "laws")]
+pub mod laws;
 mod linear_ard;
 mod on_columns;
-mod params;
+pub mod params;
 mod positive;
+mod revived;
 mod rigid_body;
 mod se_ard;
-mod se_ard_adjoint;
 mod sum;
 mod torque;
+mod torque_params;
 mod vector_exp;
 
 pub use columns::{column_mut, for_each_column};
@@ -27,15 +29,15 @@ pub use coulomb::{Coulomb, sgn};
 pub use covariance::Covariance;
 pub use crew::{Crew, column_panels, row_panels};
 pub use error::KernelError;
+pub use faer;
 pub use jitter::Jitter;
 pub use lanes::lane_dot;
 pub use linear_ard::LinearArd;
 pub use on_columns::OnColumns;
-pub use params::{
-    Component, LINEAR_STD_CEILING, NOISE_VAR_FLOOR, ParamLayout, ParamSpec, Transform,
-};
+pub use params::{ParamLayout, Transform};
 pub use rigid_body::RigidBody;
 pub use se_ard::SeArd;
 pub use sum::Sum;
-pub use torque::{TorqueCovariance, TorqueForm, TorqueParams};
+pub use torque::TorqueCovariance;
+pub use torque_params::{TorqueForm, TorqueParams};
 pub use vector_exp::exp_in_place;

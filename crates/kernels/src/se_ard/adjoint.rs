@@ -8,7 +8,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::columns::{column_mut, for_each_column};
 use crate::lanes::{dot, lane_sum, weighted_squares};
-use crate::se_ard::{BLOCK, Scaled, correlations, cross_block};
+use crate::se_ard::correlations::{BLOCK, Scaled, correlations, cross_block};
 
 /// Sums over the lower triangle of W = Q ∘ E, or over one block of its columns.
 pub(crate) struct LowerSums {

@@ -1,9 +1,10 @@
 //! Laws that every covariance obeys, one function each; the tests of a crate run them on all covariances that it has.
+//!
+//! Feature `laws`, for tests alone: a law that does not hold is a panic that says by how much.
 
 use faer::{Mat, Side};
-use kernels::Covariance;
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
+
+use crate::covariance::Covariance;
 
 /// A covariance, and what the laws are tried on.
 pub struct Subject<'a> {
@@ -17,26 +18,33 @@ pub struct Subject<'a> {
     pub other: &'a Mat<f64>,
     /// Rounding of one entry, of the matrix between x and the others too.
     pub tolerance: f64,
-    /// For adjoints.
-    pub rng: &'a mut ChaCha8Rng,
-}
-
-pub fn uniform(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
-    low + (high - low) * rng.random::<f64>()
+    /// Draws from [0, 1), for adjoints.
+    pub draw: &'a mut dyn FnMut() -> f64,
 }
 
 /// c(X, X) = K, where the covariance is one of inputs and not of observations.
+///
+/// # Panics
+/// If it does not hold.
 pub fn cross_of_a_set_with_itself_is_its_gram_matrix(s: &mut Subject<'_>) {
     let x = s.x.as_ref();
     close(s, &s.cov.gram(x), &s.cov.cross(x, x));
 }
 
+/// c(X, X′) = c(X′, X)ᵀ.
+///
+/// # Panics
+/// If it does not hold.
 pub fn cross_is_symmetric_in_its_arguments(s: &mut Subject<'_>) {
     let (x, other) = (s.x.as_ref(), s.other.as_ref());
     let back = s.cov.cross(other, x);
     close(s, &s.cov.cross(x, other), &back.transpose().to_owned());
 }
 
+/// The diagonal that is asked for alone is that of K.
+///
+/// # Panics
+/// If it does not hold.
 pub fn diag_is_the_diagonal_of_the_gram_matrix(s: &mut Subject<'_>) {
     let (gram, diag) = (s.cov.gram(s.x.as_ref()), s.cov.diag(s.x.as_ref()));
     let largest = diag.iter().copied().fold(0.0, f64::max);
@@ -48,13 +56,22 @@ pub fn diag_is_the_diagonal_of_the_gram_matrix(s: &mut Subject<'_>) {
     }
 }
 
+/// K ⪰ 0, to rounding.
+///
+/// # Panics
+/// If it does not hold.
 pub fn gram_matrix_is_positive_semi_definite(s: &mut Subject<'_>) {
     let gram = s.cov.gram(s.x.as_ref());
-    let least = gram.self_adjoint_eigenvalues(Side::Lower).unwrap()[0];
+    let eigenvalues = gram.self_adjoint_eigenvalues(Side::Lower);
+    let least = eigenvalues.expect("its entries are finite")[0];
     let tolerance = s.x.nrows() as f64 * s.tolerance;
     assert!(least >= -tolerance, "{}: least eigenvalue {least}", s.name);
 }
 
+/// `add_gram` and `add_cross` add to what is there.
+///
+/// # Panics
+/// If it does not hold.
 pub fn gram_and_cross_accumulate_on_what_is_there(s: &mut Subject<'_>) {
     let (x, other) = (s.x.as_ref(), s.other.as_ref());
     let (mut gram, mut cross) = (s.cov.gram(x), s.cov.cross(x, other));
@@ -65,6 +82,10 @@ pub fn gram_and_cross_accumulate_on_what_is_there(s: &mut Subject<'_>) {
     close(s, &cross, &twice_cross);
 }
 
+/// Inputs may lie in memory in either order.
+///
+/// # Panics
+/// If it does not hold.
 pub fn transposed_views_give_the_same_values(s: &mut Subject<'_>) {
     let rows_in_memory = s.x.transpose().to_owned();
     let of_view = s.cov.gram(rows_in_memory.transpose());
@@ -73,6 +94,9 @@ pub fn transposed_views_give_the_same_values(s: &mut Subject<'_>) {
 
 /// As many names as parameters, and the parameters set are those that are read; the layout, with the units that a
 /// search counts in, does not move with them.
+///
+/// # Panics
+/// If it does not hold.
 pub fn layout_names_every_parameter(s: &mut Subject<'_>) {
     let (theta, layout) = (s.cov.params(), s.cov.layout());
     assert_eq!(layout.len(), theta.len(), "{}", s.name);
@@ -83,9 +107,13 @@ pub fn layout_names_every_parameter(s: &mut Subject<'_>) {
     assert_eq!(s.cov.layout(), layout, "{}", s.name);
 }
 
+/// `gram_adjoint` is ∂/∂θ tr(QᵀK), and reads the lower triangle of Q alone.
+///
+/// # Panics
+/// If it does not hold.
 pub fn adjoint_is_the_gradient_by_central_differences(s: &mut Subject<'_>) {
     let n = s.x.nrows();
-    let half = random_matrix(s.rng, n, n);
+    let half = random_matrix(s.draw, n, n);
     let q = &half + half.transpose();
     // Only the lower triangle may be read.
     let seen = |row, col| if row >= col { q[(row, col)] } else { f64::NAN };
@@ -97,9 +125,13 @@ pub fn adjoint_is_the_gradient_by_central_differences(s: &mut Subject<'_>) {
     check_gradient(s, &q, &gradient, |cov| cov.gram(x));
 }
 
+/// `cross_adjoint` is ∂/∂θ Σ Q_ab c(x_a, x′_b), in whichever order Q lies in memory.
+///
+/// # Panics
+/// If it does not hold.
 pub fn cross_adjoint_is_the_gradient_by_central_differences(s: &mut Subject<'_>) {
     let (x, other) = (s.x.as_ref(), s.other.as_ref());
-    let q = random_matrix(s.rng, x.nrows(), other.nrows());
+    let q = random_matrix(s.draw, x.nrows(), other.nrows());
     let mut gradient = vec![0.0; s.cov.n_params()];
     s.cov.cross_adjoint(x, other, q.as_ref(), &mut gradient);
     check_gradient(s, &q, &gradient, |cov| cov.cross(x, other));
@@ -114,6 +146,10 @@ pub fn cross_adjoint_is_the_gradient_by_central_differences(s: &mut Subject<'_>)
     }
 }
 
+/// `gram_adjoint` adds to what is there.
+///
+/// # Panics
+/// If it does not hold.
 pub fn adjoint_accumulates(s: &mut Subject<'_>) {
     let n = s.x.nrows();
     let q = Mat::from_fn(n, n, |row, col| if row == col { 1.0 } else { 0.25 });
@@ -146,11 +182,11 @@ fn close(s: &Subject<'_>, one: &Mat<f64>, other: &Mat<f64>) {
     }
 }
 
-fn random_matrix(rng: &mut ChaCha8Rng, n_rows: usize, n_cols: usize) -> Mat<f64> {
+fn random_matrix(draw: &mut dyn FnMut() -> f64, n_rows: usize, n_cols: usize) -> Mat<f64> {
     let mut q = Mat::zeros(n_rows, n_cols);
     for col in 0..n_cols {
         for row in 0..n_rows {
-            q[(row, col)] = uniform(rng, -1.0, 1.0);
+            q[(row, col)] = -1.0 + 2.0 * draw();
         }
     }
     q
@@ -179,7 +215,7 @@ fn check_gradient(
     let theta = s.cov.params();
     for (idx, &value) in theta.iter().enumerate() {
         // A zero among entries of either sign is taken for one of their size.
-        let scale = if value == 0.0 { 0.5 } else { value.abs() };
+        let scale = if value.abs() > 0.0 { value.abs() } else { 0.5 };
         // The best step for third derivatives of size 1/θ³: ε^{1/3} θ.
         let step = f64::EPSILON.cbrt() * scale;
         let mut at = |shift: f64| {

@@ -1,8 +1,8 @@
-//! How small a weight, or how large a length scale, is still heard at given inputs.
+//! Hyperparameters that have faded, brought back to where they are still heard at given inputs.
 
 use faer::MatRef;
 
-use crate::torque::TorqueParams;
+use crate::torque_params::TorqueParams;
 
 /// Raises weights and lowers length scales to where each adds `amplitude` to the function.
 ///
@@ -11,7 +11,7 @@ use crate::torque::TorqueParams;
 /// ```
 /// as ½ v² ⟨(x_j − x′_j)²⟩/l_j² = a² for two samples at random.
 /// A covariate that is the same in all samples is left alone.
-pub(crate) fn make_audible(params: &mut TorqueParams, x: MatRef<'_, f64>, amplitude: f64) {
+pub(crate) fn revive(params: &mut TorqueParams, x: MatRef<'_, f64>, amplitude: f64) {
     let raise = |weight: &mut f64, least: f64| {
         if least.is_finite() {
             *weight = weight.max(least);
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn faded_hyperparameters_come_back_to_the_edge_and_others_stay() {
         let mut found = params();
-        make_audible(&mut found, inputs().as_ref(), 0.01);
+        revive(&mut found, inputs().as_ref(), 0.01);
         assert_eq!(found.bias_std, 0.01);
         assert_eq!(found.coulomb_std, Some(vec![0.01]));
         assert!((found.linear_std[0] - 0.01).abs() < 1e-15);
@@ -91,7 +91,7 @@ mod tests {
         let x = inputs();
         let before = TorqueCovariance::new(params()).unwrap();
         let mut after = before.clone();
-        after.set_params(&before.audible(x.as_ref(), 0.01));
+        after.set_params(&before.revived(x.as_ref(), 0.01));
         let difference = before.gram(x.as_ref()) - after.gram(x.as_ref());
         // b, u_1, u_3, l_1 and w: five terms, and the squared exponential twice for the farthest pair.
         assert!(difference.norm_max() <= 8.0 * 1e-4, "{difference:?}");
