@@ -10,7 +10,8 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use puma_dyn::{Inertial, puma560};
+use puma_dyn::puma560;
+use puma_dyn::robot::Inertial;
 
 use crate::{Contestant, GRAVITY, States};
 

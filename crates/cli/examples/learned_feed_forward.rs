@@ -10,10 +10,11 @@ use std::error::Error;
 use faer::Mat;
 use gp_core::{FitOptions, JointModel, Provenance, TorqueModel, TrainingRanges};
 use kernels::TorqueForm;
-use puma_dyn::{
-    ClosedLoop, CompositeController, Context, DynError, FeedForward, GravityFeedForward,
-    JointState, NoFeedForward, Rate, ReferenceMotion, Scenario,
+use puma_dyn::motion::{
+    ClosedLoop, CompositeController, FeedForward, GravityFeedForward, JointState, NoFeedForward,
+    Rate, ReferenceMotion,
 };
+use puma_dyn::{Context, DynError, Scenario};
 
 const N_JOINTS: usize = 6;
 /// A sample of the log out of so many: 125 in all.

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use puma_dyn::{JointKind, Limits, Model};
+use puma_dyn::Model;
+use puma_dyn::robot::{JointKind, Limits};
 
 use crate::table::NumberColumn;
 

@@ -1,6 +1,7 @@
 //! The joints whose states a table must hold: their names, their units, and where they are known from.
 
-use puma_dyn::{JointKind, Model};
+use puma_dyn::Model;
+use puma_dyn::robot::JointKind;
 
 /// Unit of a torque whose joint is not known to turn or to slide.
 pub const TORQUE_UNIT: &str = "N·m, or N if it slides";

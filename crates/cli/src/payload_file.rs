@@ -11,7 +11,8 @@
 
 use std::path::Path;
 
-use puma_dyn::{Context, JointDescription, JointKind, Payload, RobotDescription};
+use puma_dyn::robot::{JointDescription, JointKind};
+use puma_dyn::{Context, Payload, RobotDescription};
 use serde::Deserialize;
 
 use crate::error::CliError;

@@ -1,10 +1,8 @@
 //! What a model file keeps of the robot it was learned with: enough to make the robot again.
 
 use faer::{Mat, MatRef};
-use puma_dyn::{
-    DynError, Model, N_DRIVE_PARAMETERS, N_PARAMETERS, Sidecar, Workspace, full_regressor,
-    parse_urdf, puma560,
-};
+use puma_dyn::dynamics::{N_DRIVE_PARAMETERS, N_PARAMETERS, full_regressor};
+use puma_dyn::{DynError, Model, Sidecar, Workspace, parse_urdf, puma560};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 

@@ -3,9 +3,8 @@
 use std::fmt;
 
 use faer::MatRef;
-use kernels::{
-    LINEAR_STD_CEILING, NOISE_VAR_FLOOR, TorqueCovariance, TorqueForm, TorqueParams, Transform,
-};
+use kernels::params::{LINEAR_STD_CEILING, NOISE_VAR_FLOOR};
+use kernels::{TorqueCovariance, TorqueForm, TorqueParams, Transform};
 
 use crate::data::{joints_of, require_training_data};
 use crate::error::GpError;

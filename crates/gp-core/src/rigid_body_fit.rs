@@ -324,7 +324,7 @@ fn deviations(samples: RegressorSamples<'_>, prior: &ParameterPrior) -> Result<V
 fn noise_start(targets: &[f64]) -> f64 {
     let power = targets.iter().map(|t| t * t).sum::<f64>() / targets.len().max(1) as f64;
     let bound = kernels::Transform::SquareAbove {
-        floor: kernels::NOISE_VAR_FLOOR,
+        floor: kernels::params::NOISE_VAR_FLOOR,
     };
     bound.clamp_inside(NOISE_PART * power.sqrt())
 }

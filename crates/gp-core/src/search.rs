@@ -126,7 +126,7 @@ impl<C: Covariance> SearchEnd<C> {
             return false;
         };
         let amplitude = AUDIBLE * self.noise_std / (n_samples as f64).sqrt();
-        let theta = self.covariance.audible(*largest, amplitude);
+        let theta = self.covariance.revived(*largest, amplitude);
         let is_changed = (theta.iter().zip(self.covariance.params()))
             .any(|(there, here)| (there / here).ln().abs() > WORTH_A_MOVE);
         if is_changed {
@@ -201,7 +201,7 @@ pub fn search<C: Covariance + Clone>(
 /// scoring, and a valley as narrow as the data are precise becomes round.
 /// F is renewed every 150 evaluations, or 40 on many samples, and comes from at most 256 of the samples.
 /// Hyperparameters that have faded, such as length scales on their way to infinity, are
-/// brought back before: see [`Covariance::audible`].
+/// brought back before: see [`Covariance::revived`].
 /// `options` limits the evaluations and the work of this part alone.
 /// The likelihood never falls.
 /// # Panics

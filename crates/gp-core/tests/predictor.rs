@@ -1,7 +1,7 @@
 //! The predictor of a control loop against the model it is made from.
 
 use faer::{Mat, RowRef};
-use gp_core::{JointModel, LinearForm, Method, Posterior, ProcessModel, TorqueModel};
+use gp_core::{JointModel, LinearForm, Method, ProcessModel, TorqueModel};
 use kernels::{Covariance, TorqueForm};
 
 use crate::samples::uniform_inputs;

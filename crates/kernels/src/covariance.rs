@@ -94,7 +94,7 @@ pub trait Covariance: Send + Sync {
     /// A covariance without such hyperparameters returns θ as it is.
     /// # Panics
     /// If `x` has the wrong number of columns.
-    fn audible(&self, x: MatRef<'_, f64>, amplitude: f64) -> Vec<f64> {
+    fn revived(&self, x: MatRef<'_, f64>, amplitude: f64) -> Vec<f64> {
         let _ = (x, amplitude);
         self.params()
     }

@@ -2,7 +2,6 @@
 
 use faer::{Mat, MatMut, MatRef};
 
-use crate::audible::make_audible;
 use crate::constant::Constant;
 use crate::coulomb::{Coulomb, write_signs};
 use crate::covariance::Covariance;
@@ -10,34 +9,10 @@ use crate::error::KernelError;
 use crate::features;
 use crate::linear_ard::LinearArd;
 use crate::params::ParamLayout;
+use crate::revived::revive;
 use crate::se_ard::SeArd;
 use crate::sum::Sum;
-
-/// Whether the torque covariance has the Coulomb term.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TorqueForm {
-    /// Eq. (5) only: the model GP¬c.
-    Smooth,
-    /// Eqs. (5) and (6): the model GPc.
-    Coulomb,
-}
-
-/// Hyperparameters of a torque covariance, by name and in natural units.
-///
-/// ℓ is the number of joints; covariates are ordered (q, q̇, q̈).
-#[derive(Debug, Clone, PartialEq)]
-pub struct TorqueParams {
-    /// b, in torque units.
-    pub bias_std: f64,
-    /// u, one per covariate (3ℓ), torque units per unit of the covariate.
-    pub linear_std: Vec<f64>,
-    /// v, in torque units.
-    pub signal_std: f64,
-    /// l, one per covariate (3ℓ), in its unit.
-    pub length_scales: Vec<f64>,
-    /// w, one per joint (ℓ), in torque units; `None` for GP¬c.
-    pub coulomb_std: Option<Vec<f64>>,
-}
+use crate::torque_params::{TorqueForm, TorqueParams};
 
 /// Covariance of one joint's torque as a function of x = (q, q̇, q̈), without noise.
 ///
@@ -302,11 +277,11 @@ impl Covariance for TorqueCovariance {
         self.se().cross_adjoint(x1, x2, adjoint, of_se);
     }
 
-    fn audible(&self, x: MatRef<'_, f64>, amplitude: f64) -> Vec<f64> {
+    fn revived(&self, x: MatRef<'_, f64>, amplitude: f64) -> Vec<f64> {
         assert_eq!(x.ncols(), 3 * self.n_joints());
         let mut params = self.named_params();
-        make_audible(&mut params, x, amplitude);
-        let theta = Self::new(params).map(|audible| audible.params());
+        revive(&mut params, x, amplitude);
+        let theta = Self::new(params).map(|revived| revived.params());
         theta.unwrap_or_else(|_| self.params())
     }
 

@@ -7,7 +7,6 @@
 )]
 
 mod accuracy;
-mod covariance_laws;
 mod eq_05;
 mod eq_06;
 mod eq_07;

@@ -126,12 +126,12 @@ impl Covariance for MultiTaskCovariance {
         self.input.n_params() + self.task.n_params()
     }
 
-    fn audible(&self, x: MatRef<'_, f64>, amplitude: f64) -> Vec<f64> {
+    fn revived(&self, x: MatRef<'_, f64>, amplitude: f64) -> Vec<f64> {
         let (x, _) = split(x, self.n_tasks());
         let k_task = self.task.k_task();
         let n_tasks = self.n_tasks();
         let mean_variance = (0..n_tasks).map(|i| k_task[(i, i)]).sum::<f64>() / n_tasks as f64;
-        let mut theta = self.input.audible(x, amplitude / mean_variance.sqrt());
+        let mut theta = self.input.revived(x, amplitude / mean_variance.sqrt());
         theta.extend(self.task.params());
         theta
     }

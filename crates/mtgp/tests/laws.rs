@@ -1,12 +1,11 @@
 //! The laws of covariances, on the multi-task prior with each kind of K^ρ.
 
 use faer::Mat;
+use kernels::laws::{self, Subject};
 use kernels::{Covariance, TorqueCovariance, TorqueForm, TorqueParams};
 use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor, TaskRegression, with_task};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-
-use crate::covariance_laws::{self, Subject, uniform};
 
 /// Two joints: six covariates (q, q̇, q̈).
 const D: usize = 6;
@@ -18,6 +17,10 @@ const SIZES: [usize; 4] = [1, 7, 83, 150];
 
 /// How the rows of the tasks follow each other.
 const ORDERS: [&str; 2] = ["sorted", "mixed"];
+
+fn uniform(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+    low + (high - low) * rng.random::<f64>()
+}
 
 /// Rows (x, task), with a joint at rest and a repeated input.
 fn rows(rng: &mut ChaCha8Rng, n: usize, order: &str) -> Mat<f64> {
@@ -121,7 +124,7 @@ fn for_all(law: impl Fn(&mut Subject<'_>)) {
             x,
             other,
             tolerance,
-            rng,
+            draw: &mut || rng.random(),
         });
     });
 }
@@ -163,52 +166,52 @@ fn entries_are_products_of_the_two_covariances_eq_16() {
 
 #[test]
 fn cross_of_a_set_with_itself_is_its_gram_matrix() {
-    for_all(covariance_laws::cross_of_a_set_with_itself_is_its_gram_matrix);
+    for_all(laws::cross_of_a_set_with_itself_is_its_gram_matrix);
 }
 
 #[test]
 fn cross_is_symmetric_in_its_arguments() {
-    for_all(covariance_laws::cross_is_symmetric_in_its_arguments);
+    for_all(laws::cross_is_symmetric_in_its_arguments);
 }
 
 #[test]
 fn diag_is_the_diagonal_of_the_gram_matrix() {
-    for_all(covariance_laws::diag_is_the_diagonal_of_the_gram_matrix);
+    for_all(laws::diag_is_the_diagonal_of_the_gram_matrix);
 }
 
 #[test]
 fn gram_matrix_is_positive_semi_definite() {
-    for_all(covariance_laws::gram_matrix_is_positive_semi_definite);
+    for_all(laws::gram_matrix_is_positive_semi_definite);
 }
 
 #[test]
 fn gram_and_cross_accumulate_on_what_is_there() {
-    for_all(covariance_laws::gram_and_cross_accumulate_on_what_is_there);
+    for_all(laws::gram_and_cross_accumulate_on_what_is_there);
 }
 
 #[test]
 fn transposed_views_give_the_same_values() {
-    for_all(covariance_laws::transposed_views_give_the_same_values);
+    for_all(laws::transposed_views_give_the_same_values);
 }
 
 #[test]
 fn layout_names_every_parameter() {
-    for_all(covariance_laws::layout_names_every_parameter);
+    for_all(laws::layout_names_every_parameter);
 }
 
 #[test]
 fn adjoint_is_the_gradient_by_central_differences() {
-    for_all(covariance_laws::adjoint_is_the_gradient_by_central_differences);
+    for_all(laws::adjoint_is_the_gradient_by_central_differences);
 }
 
 #[test]
 fn cross_adjoint_is_the_gradient_by_central_differences() {
-    for_all(covariance_laws::cross_adjoint_is_the_gradient_by_central_differences);
+    for_all(laws::cross_adjoint_is_the_gradient_by_central_differences);
 }
 
 #[test]
 fn adjoint_accumulates() {
-    for_all(covariance_laws::adjoint_accumulates);
+    for_all(laws::adjoint_accumulates);
 }
 
 #[test]

@@ -9,8 +9,6 @@
 mod all_tasks;
 mod bad_input;
 mod context_filter;
-#[path = "../../kernels/tests/covariance_laws.rs"]
-mod covariance_laws;
 #[path = "../../gp-core/tests/damaged_file.rs"]
 mod damaged_file;
 mod eq_16;

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::warning::Warning;
+use crate::robot::warning::Warning;
 
 /// Everything this crate refuses. Wrong slice lengths are panics, documented at each function.
 #[derive(Debug, Clone, PartialEq, Error)]

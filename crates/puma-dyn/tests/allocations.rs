@@ -1,9 +1,10 @@
 //! After construction nothing allocates, whatever the arm carries.
 
 use allocation_counter::measure;
+use puma_dyn::dynamics::{bias_acceleration, kinetic_energy, potential_energy};
 use puma_dyn::{
-    Context, Effects, Payload, TorqueTerms, Workspace, aba, bias_acceleration, crba, jacobian,
-    kinetic_energy, potential_energy, puma560, regressor, rnea, torque_terms,
+    Context, Effects, Payload, TorqueTerms, Workspace, aba, crba, jacobian, puma560, regressor,
+    rnea, torque_terms,
 };
 
 const X: [f64; 6] = [0.1, -0.7, 0.4, 1.3, -0.2, 0.9];

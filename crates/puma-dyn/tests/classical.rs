@@ -4,7 +4,8 @@
 //! description, so that it can disagree with the recursion in all of them.
 
 use puma_dyn::nalgebra::{Matrix3, Rotation3, Unit, Vector3};
-use puma_dyn::{Context, Effects, JointDescription, JointKind, RobotDescription, rnea};
+use puma_dyn::robot::{JointDescription, JointKind};
+use puma_dyn::{Context, Effects, RobotDescription, rnea};
 
 use crate::random_tree::{Case, Joints, cases};
 

@@ -1,10 +1,11 @@
 //! The whole loop: tracking with the exact model, steps that converge, and what feed-forward is worth.
 
 use allocation_counter::measure;
-use puma_dyn::{
-    ClosedLoop, CompositeController, Context, FeedForward, JointState, ModelFeedForward,
-    NoFeedForward, Rate, ReferenceMotion, Scenario,
+use puma_dyn::motion::{
+    ClosedLoop, CompositeController, FeedForward, JointState, ModelFeedForward, NoFeedForward,
+    Rate, ReferenceMotion,
 };
+use puma_dyn::{Context, Scenario};
 
 /// Typical inertias of the joints, rotors included, kg m².
 const INERTIAS: [f64; 6] = [3.0, 4.5, 1.2, 0.2, 0.18, 0.2];

@@ -3,8 +3,10 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use proptest::prelude::*;
+use puma_dyn::chapter::{Arm, Branch, Elbow, Wrist, inverse_kinematics};
 use puma_dyn::nalgebra::Vector3;
-use puma_dyn::{Arm, Branch, DhLink, DynError, Elbow, Pose, Wrist, inverse_kinematics};
+use puma_dyn::spatial::DhLink;
+use puma_dyn::{DynError, Pose};
 
 /// (alpha, a, d) of Corke's table (8/95), rad and m.
 const TABLE: [(f64, f64, f64); 6] = [

@@ -1,11 +1,11 @@
 //! A payload in a context is the same as a link welded to the arm.
 
 use proptest::prelude::*;
+use puma_dyn::dynamics::{inertial_parameters, potential_energy};
 use puma_dyn::nalgebra::Matrix3;
-use puma_dyn::{
-    Context, Effects, Inertial, JointDescription, JointKind, LinkDescription, Model, Payload,
-    Workspace, crba, inertial_parameters, potential_energy, puma560, rnea, rotation_from_rpy,
-};
+use puma_dyn::robot::{Inertial, JointDescription, JointKind, LinkDescription};
+use puma_dyn::spatial::rotation_from_rpy;
+use puma_dyn::{Context, Effects, Model, Payload, Workspace, crba, puma560, rnea};
 
 use crate::random_tree::{Case, Joints, cases};
 

@@ -4,10 +4,10 @@
 //! few units of rounding per joint of the largest number that enters it: `C · n · EPS · scale`,
 //! with `scale` the largest value of that quantity in the file.
 
+use puma_dyn::dynamics::{N_PARAMETERS, coriolis_torques, gravity_torques, inertial_parameters};
 use puma_dyn::{
-    Context, Effects, Friction, Model, N_PARAMETERS, Payload, Workspace, aba, coriolis_torques,
-    crba, forward_kinematics, gravity_torques, inertial_parameters, jacobian, load_urdf, puma560,
-    regressor, rnea,
+    Context, Effects, Friction, Model, Payload, Workspace, aba, crba, forward_kinematics, jacobian,
+    load_urdf, puma560, regressor, rnea,
 };
 
 use crate::fixture::{self, Fixture, assert_close};

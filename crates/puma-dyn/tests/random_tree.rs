@@ -1,10 +1,8 @@
 //! Random robots: branching trees of turning, sliding and fixed joints about arbitrary axes.
 
 use puma_dyn::nalgebra::{Matrix3, Vector3};
-use puma_dyn::{
-    Context, Drive, Inertial, JointDescription, JointKind, LinkDescription, Model, Payload, Pose,
-    RobotDescription, Workspace,
-};
+use puma_dyn::robot::{Drive, Inertial, JointDescription, JointKind, LinkDescription};
+use puma_dyn::{Context, Model, Payload, Pose, RobotDescription, Workspace};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -2,10 +2,9 @@
 
 use std::f64::consts::PI;
 
-use puma_dyn::{
-    DynError, FigureOfEight, Scenario, Tool, Trajectory, Workspace, bias_acceleration,
-    forward_kinematics, jacobian,
-};
+use puma_dyn::chapter::{FigureOfEight, Tool, Trajectory};
+use puma_dyn::dynamics::bias_acceleration;
+use puma_dyn::{DynError, Scenario, Workspace, forward_kinematics, jacobian};
 
 const REFERENCE: &str = include_str!("../../../fixtures/scenario.toml");
 

@@ -1,9 +1,7 @@
 //! The sidecar TOML: what it says, what it replaces, and what it refuses with file, joint and key.
 
-use puma_dyn::{
-    Drive, DynError, Friction, JointDescription, JointKind, LinkDescription, RobotDescription,
-    Sidecar, Warning,
-};
+use puma_dyn::robot::{Drive, JointDescription, JointKind, LinkDescription};
+use puma_dyn::{DynError, Friction, RobotDescription, Sidecar, Warning};
 
 /// A robot with a hinge that states friction of its own, a slide that does not, and a bolt.
 fn robot() -> RobotDescription {

@@ -3,11 +3,10 @@
 use std::f64::consts::PI;
 
 use allocation_counter::measure;
-use puma_dyn::{
-    ArmSimulator, CompliantWall, Context, Effects, Inertial, JointDescription, JointKind,
-    LinkDescription, Model, Payload, RobotDescription, SlipMode, Workspace, kinetic_energy,
-    potential_energy, puma560, rnea,
-};
+use puma_dyn::dynamics::{kinetic_energy, potential_energy};
+use puma_dyn::motion::{ArmSimulator, CompliantWall, SlipMode};
+use puma_dyn::robot::{Inertial, JointDescription, JointKind, LinkDescription};
+use puma_dyn::{Context, Effects, Model, Payload, RobotDescription, Workspace, puma560, rnea};
 
 use crate::random_tree::{Joints, cases};
 
@@ -198,7 +197,7 @@ fn an_arm_held_by_friction_stays_where_it_is_to_the_bit() {
     let mut workspace = Workspace::new(&model);
     let mut tau = [0.0; 6];
     let context = loaded(&model);
-    puma_dyn::gravity_torques(&model, &mut workspace, &context, &Q, &mut tau);
+    puma_dyn::dynamics::gravity_torques(&model, &mut workspace, &context, &Q, &mut tau);
     // Nine tenths of Corke's Coulomb torques |G| Tc⁺.
     for (tau, coulomb) in tau.iter_mut().zip([24.7, 13.5, 7.0, 0.85, 0.66, 0.30]) {
         *tau += 0.9 * coulomb;

@@ -1,9 +1,8 @@
 //! Coulomb friction against closed forms: a block that slides, stops, is held, turns back and hits a wall.
 
-use puma_dyn::{
-    ArmSimulator, CompliantWall, Context, Drive, DynError, Effects, Friction, Inertial,
-    JointDescription, JointKind, LinkDescription, Model, RobotDescription, SlipMode, Work,
-};
+use puma_dyn::motion::{ArmSimulator, CompliantWall, SlipMode, Work};
+use puma_dyn::robot::{Drive, Inertial, JointDescription, JointKind, LinkDescription};
+use puma_dyn::{Context, DynError, Effects, Friction, Model, RobotDescription};
 
 const MASS: f64 = 2.0;
 /// Coulomb friction of forward and of backward motion, N.

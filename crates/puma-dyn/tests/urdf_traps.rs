@@ -1,8 +1,7 @@
 //! What trips people up in URDF robots: each trap is handled, or refused by name and place.
 
-use puma_dyn::{
-    Context, DynError, Effects, JointKind, Model, Sidecar, Warning, Workspace, parse_urdf, rnea,
-};
+use puma_dyn::robot::JointKind;
+use puma_dyn::{Context, DynError, Effects, Model, Sidecar, Warning, Workspace, parse_urdf, rnea};
 
 use crate::urdf_arm::{ARM, LOWER_INERTIAL, UPPER, arm_with, load, refused};
 

@@ -1,9 +1,8 @@
 //! Robots that cannot be simulated are refused by name.
 
 use puma_dyn::nalgebra::Matrix3;
-use puma_dyn::{
-    Inertial, JointDescription, JointKind, LinkDescription, Model, RobotDescription, puma560,
-};
+use puma_dyn::robot::{Inertial, JointDescription, JointKind, LinkDescription};
+use puma_dyn::{Model, RobotDescription, puma560};
 
 const BALL: Inertial = Inertial {
     mass: 1.0,

@@ -1,6 +1,8 @@
 //! The samples of section 2: states of all trajectories, torques under a load, and the Coulomb part of them.
 
-use puma_dyn::{Scenario, Trajectory, coulomb_torques};
+use puma_dyn::Scenario;
+use puma_dyn::chapter::Trajectory;
+use puma_dyn::dynamics::coulomb_torques;
 
 use crate::error::BenchError;
 use crate::spec::N_JOINTS;

@@ -6,7 +6,8 @@ use gp_core::{
     RigidBodyCovariance, Starts, fit_rigid_body, fit_rigid_body_and_process,
 };
 use kernels::{Covariance, TorqueForm};
-use puma_dyn::{N_PARAMETERS, Scenario};
+use puma_dyn::Scenario;
+use puma_dyn::dynamics::N_PARAMETERS;
 
 use super::parameters::{self, Knowledge};
 use super::rows::{self, States};

@@ -1,10 +1,10 @@
 //! What is known of an arm's parameters before any torque is measured.
 
 use gp_core::ParameterPrior;
-use puma_dyn::{
-    Context, Effects, Model, N_DRIVE_PARAMETERS, N_PARAMETERS, ParameterSpread, drive_parameters,
-    inertial_parameters,
+use puma_dyn::dynamics::{
+    N_DRIVE_PARAMETERS, N_PARAMETERS, ParameterSpread, drive_parameters, inertial_parameters,
 };
+use puma_dyn::{Context, Effects, Model};
 
 use super::rows::columns;
 
@@ -33,7 +33,7 @@ impl Knowledge {
     }
 }
 
-/// The prior of (bodies, drives) in the order of [`puma_dyn::full_regressor`], without a load.
+/// The prior of (bodies, drives) in the order of [`puma_dyn::dynamics::full_regressor`], without a load.
 fn of_arm(model: &Model, knowledge: Knowledge) -> ParameterPrior {
     let factor = match knowledge {
         Knowledge::HeavyLinks => 3.0,

@@ -3,7 +3,8 @@
 use std::sync::OnceLock;
 
 use faer::{Mat, MatRef};
-use puma_dyn::{Model, N_DRIVE_PARAMETERS, N_PARAMETERS, Scenario, Workspace, full_regressor};
+use puma_dyn::dynamics::{N_DRIVE_PARAMETERS, N_PARAMETERS, full_regressor};
+use puma_dyn::{Model, Scenario, Workspace};
 
 use crate::dataset::DataSet;
 use crate::spec::N_JOINTS;
@@ -128,7 +129,8 @@ pub fn with_loads(arm: &Mat<f64>, loads: &[usize], n_loads: usize) -> Mat<f64> {
 mod tests {
     use std::collections::BTreeSet;
 
-    use puma_dyn::{Context, Effects, drive_parameters, inertial_parameters};
+    use puma_dyn::dynamics::{drive_parameters, inertial_parameters};
+    use puma_dyn::{Context, Effects};
 
     use super::*;
 

@@ -7,7 +7,8 @@ mod summary;
 
 use std::path::{Path, PathBuf};
 
-use puma_dyn::{ClosedLoop, Context, Rate, Tick};
+use puma_dyn::Context;
+use puma_dyn::motion::{ClosedLoop, Rate, Tick};
 
 use self::feed_forward::Source;
 use self::gains::GainArgs;

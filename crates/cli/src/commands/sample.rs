@@ -169,7 +169,7 @@ fn report(prior: &HyperPrior, chains: &[Chain]) {
         ChainSummary::of(&values)
     };
     let summaries: Vec<ChainSummary> = (0..prior.layout().len()).map(summary).collect();
-    let row = |(spec, summary): (&kernels::ParamSpec, &ChainSummary)| {
+    let row = |(spec, summary): (&kernels::params::ParamSpec, &ChainSummary)| {
         vec![
             spec.to_string(),
             format!("{:.3}", summary.r_hat),

@@ -4,7 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::ArgGroup;
-use puma_dyn::{Scenario, Trajectory};
+use puma_dyn::Scenario;
+use puma_dyn::chapter::Trajectory;
 
 use crate::error::CliError;
 use crate::format::{Format, write_numbers};

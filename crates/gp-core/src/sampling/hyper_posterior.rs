@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use faer::Mat;
-use kernels::{Component, Covariance, Jitter, ParamLayout, Transform};
+use kernels::params::Component;
+use kernels::{Covariance, Jitter, ParamLayout, Transform};
 
 use super::log_density::LogDensity;
 use crate::error::GpError;

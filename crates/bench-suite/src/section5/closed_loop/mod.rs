@@ -1,6 +1,6 @@
 //! What learned torques are worth to a controller: error, gains, corrective torque and contact force.
 //!
-//! The arm is simulated with friction that holds and slips ([`puma_dyn::ArmSimulator`]), and follows
+//! The arm is simulated with friction that holds and slips ([`puma_dyn::motion::ArmSimulator`]), and follows
 //! trajectories of the data set under the composite controller of sec. 1 at 1 kHz, with feed-forward
 //! from each of `source::Source`.
 //! Gains are those of one bandwidth ω for all joints: K_p = I ω², K_d = 2 ζ I ω, with the mean

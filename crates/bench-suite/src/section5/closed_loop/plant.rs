@@ -1,10 +1,10 @@
 //! The arm that is controlled: what it follows, what it carries, and what came of a run.
 
 use faer::Mat;
-use puma_dyn::{
-    ClosedLoop, CompliantWall, CompositeController, Context, FeedForward, JointState, Rate,
-    ReferenceMotion, Scenario, Workspace, crba,
+use puma_dyn::motion::{
+    ClosedLoop, CompliantWall, CompositeController, FeedForward, JointState, Rate, ReferenceMotion,
 };
+use puma_dyn::{Context, Scenario, Workspace, crba};
 use serde::{Deserialize, Serialize};
 
 use super::settings::Obstacle;
@@ -75,7 +75,7 @@ pub struct Tally {
 
 impl Tally {
     /// Takes a tick in.
-    pub fn add(&mut self, tick: &puma_dyn::Tick<'_>) {
+    pub fn add(&mut self, tick: &puma_dyn::motion::Tick<'_>) {
         for joint in 0..N_JOINTS {
             let error = tick.desired.q[joint] - tick.q[joint];
             let corrective = tick.tau[joint] - tick.feed_forward[joint];

@@ -7,7 +7,7 @@ use gp_core::optimize::MinimizeOptions;
 use mtgp::{
     AdaptedPosterior, Border, LatentFunctions, NewTorques, TaskProcess, fit_row_from_population,
 };
-use puma_dyn::{
+use puma_dyn::motion::{
     FeedForward, GravityFeedForward, JointState, ModelFeedForward, NoFeedForward, Tick,
 };
 use serde::{Deserialize, Serialize};

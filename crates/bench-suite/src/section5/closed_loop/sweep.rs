@@ -1,6 +1,6 @@
 //! Runs over all loads, trajectories, sources and gains, and their averages.
 
-use puma_dyn::{CompliantWall, ReferenceMotion};
+use puma_dyn::motion::{CompliantWall, ReferenceMotion};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! A load changed for another in mid-motion, with feed-forward of whichever load the tracker believes in.
 
 use mtgp::{ContextPrior, ContextTracker, ContextTransition, MtgpError, MultiTaskModel, Outliers};
-use puma_dyn::{FeedForward, JointState, ReferenceMotion, Tick};
+use puma_dyn::motion::{FeedForward, JointState, ReferenceMotion, Tick};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,8 @@
 //! The new load by physics: its ten inertial parameters from torques, all else known.
 
 use faer::{Mat, MatRef};
-use puma_dyn::{Context, N_PARAMETERS, Scenario, Workspace, regressor, rnea};
+use puma_dyn::dynamics::N_PARAMETERS;
+use puma_dyn::{Context, Scenario, Workspace, regressor, rnea};
 
 use crate::error::BenchError;
 use crate::spec::N_JOINTS;

@@ -5,8 +5,9 @@ use std::path::Path;
 use faer::MatRef;
 use gp_core::TorqueModel;
 use mtgp::MultiTaskModel;
-use puma_dyn::{
-    Context, FeedForward, GravityFeedForward, JointState, ModelFeedForward, NoFeedForward,
+use puma_dyn::Context;
+use puma_dyn::motion::{
+    FeedForward, GravityFeedForward, JointState, ModelFeedForward, NoFeedForward,
 };
 
 use super::reference::Reference;

@@ -1,6 +1,7 @@
 //! The gains: one bandwidth for all joints, or each joint's own.
 
-use puma_dyn::{CompositeController, Context, Workspace, crba};
+use puma_dyn::motion::CompositeController;
+use puma_dyn::{Context, Workspace, crba};
 
 use super::reference::Reference;
 use crate::error::CliError;

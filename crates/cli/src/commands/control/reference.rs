@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use puma_dyn::{Model, ReferenceMotion};
+use puma_dyn::Model;
+use puma_dyn::motion::ReferenceMotion;
 
 use crate::columns::{Naming, StateColumns};
 use crate::context::columns_error;

@@ -1,6 +1,6 @@
 //! What came of a run, joint by joint.
 
-use puma_dyn::{CompositeController, Tick};
+use puma_dyn::motion::{CompositeController, Tick};
 use serde::Serialize;
 
 use crate::text_table;

@@ -6,10 +6,10 @@ use gp_core::{
     fit_rigid_body, fit_rigid_body_and_process,
 };
 use kernels::TorqueForm;
-use puma_dyn::{
-    Context, Effects, Friction, N_DRIVE_PARAMETERS, N_PARAMETERS, ParameterSpread,
-    drive_parameters, inertial_parameters,
+use puma_dyn::dynamics::{
+    N_DRIVE_PARAMETERS, N_PARAMETERS, ParameterSpread, drive_parameters, inertial_parameters,
 };
+use puma_dyn::{Context, Effects, Friction};
 
 use crate::commands::fit::report::{self, Line};
 use crate::commands::fit::side_by_side::learn_all;

@@ -1,0 +1,138 @@
+//! Forward dynamics: the accelerations that given torques produce, in time linear in the joints.
+//!
+//! RNEA at q̈ = 0 gives every torque that does not depend on the acceleration. What is left is the
+//! linear system
+//!
+//! ```text
+//! M(q) q̈ = τ − rnea(q, q̇, 0)
+//! ```
+//! which the articulated-body recursion solves without forming M: inwards, each body's inertia loses
+//! what its joint lets go and is added to its parent's; outwards, each joint finds its acceleration.
+//!
+//! # Source
+//! Featherstone 2008, *Rigid Body Dynamics Algorithms*, sec. 7.3, here with all velocities zero.
+
+use crate::dynamics::articulated::Articulated;
+use crate::dynamics::check::check_len;
+use crate::dynamics::payload::Context;
+use crate::dynamics::rnea::rnea;
+use crate::dynamics::workspace::Workspace;
+use crate::error::DynError;
+use crate::robot::body::Motion;
+use crate::robot::friction_law::Effects;
+use crate::robot::model::Model;
+use crate::spatial::pose::Pose;
+
+/// Accelerations that the torques `tau` produce at the state (`q`, `qd`).
+///
+/// ```text
+/// q̈ = M(q)⁻¹ (τ − c(q, q̇) − g(q) [− friction(q̇)])          M with G² Jm on the diagonal if switched on
+/// ```
+/// `effects` and `context` as in [`rnea`], which this function inverts.
+///
+/// # Shapes
+/// `q`, `qd`, `tau` and `qdd` (n_joints,): rad, rad/s, N·m, rad/s²; m and N for sliding joints.
+///
+/// # Errors
+/// [`DynError::SingularInertia`] if a joint sees no positive inertia along its axis.
+///
+/// # Panics
+/// If a slice has another length, or the workspace or a payload belongs to another model.
+///
+/// # Source
+/// Featherstone 2008, *Rigid Body Dynamics Algorithms*, table 7.1.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the state and the result are the field's q, qd, tau, qdd"
+)]
+pub fn aba(
+    model: &Model,
+    workspace: &mut Workspace,
+    effects: Effects,
+    context: &Context,
+    q: &[f64],
+    qd: &[f64],
+    tau: &[f64],
+    qdd: &mut [f64],
+) -> Result<(), DynError> {
+    check_len("tau", tau, model.n_joints());
+    workspace.check(model);
+    let zeros = std::mem::take(&mut workspace.zeros);
+    rnea(model, workspace, effects, context, q, qd, &zeros, qdd);
+    workspace.zeros = zeros;
+    qdd.iter_mut()
+        .zip(tau)
+        .for_each(|(bias, tau)| *bias = tau - *bias);
+
+    reset(model, workspace, context);
+    inwards(model, workspace, effects, qdd)?;
+    outwards(model, workspace, qdd);
+    Ok(())
+}
+
+/// Every body with its own inertia and its payloads, free of forces.
+fn reset(model: &Model, workspace: &mut Workspace, context: &Context) {
+    let articulated = &mut workspace.articulated;
+    for (articulated, body) in articulated.iter_mut().zip(model.bodies()) {
+        *articulated = Articulated::rigid(&body.inertia);
+    }
+    for load in context.loads() {
+        let load_alone = Articulated::rigid(&load.inertia);
+        articulated[load.body_idx].add(&load_alone);
+    }
+}
+
+/// From the tips to the ground; `torques` (n_joints,) is the right-hand side of the linear system.
+fn inwards(
+    model: &Model,
+    workspace: &mut Workspace,
+    effects: Effects,
+    torques: &[f64],
+) -> Result<(), DynError> {
+    for (idx, body) in model.bodies().iter().enumerate().rev() {
+        let (before, rest) = workspace.articulated.split_at_mut(idx);
+        let state = &mut rest[0];
+        let rotor = if effects.rotor_inertia {
+            model.rotor_inertias()[body.joint_idx]
+        } else {
+            0.0
+        };
+        state.split_off_joint(body.motion, rotor, torques[body.joint_idx]);
+        if state.along_axis.is_nan() || state.along_axis <= 0.0 {
+            let joint = model.joint_names()[body.joint_idx].clone();
+            return Err(DynError::SingularInertia {
+                joint,
+                inertia: state.along_axis,
+            });
+        }
+        if let Some(parent) = body.parent {
+            before[parent].add(&state.felt_by_parent(&workspace.bodies[idx].pose));
+        }
+    }
+    Ok(())
+}
+
+/// From the ground to the tips.
+fn outwards(model: &Model, workspace: &mut Workspace, qdd: &mut [f64]) {
+    for (idx, body) in model.bodies().iter().enumerate() {
+        let (before, rest) = workspace.articulated.split_at_mut(idx);
+        let state = &mut rest[0];
+        if let Some(parent) = body.parent.map(|parent| &before[parent]) {
+            let Pose {
+                rotation,
+                translation,
+            } = &workspace.bodies[idx].pose;
+            let accel = parent.accel + parent.omega_dot.cross(translation);
+            state.accel = rotation.tr_mul(&accel);
+            state.omega_dot = rotation.tr_mul(&parent.omega_dot);
+        }
+        let carried =
+            state.column_moment.dot(&state.omega_dot) + state.column_force.dot(&state.accel);
+        let acceleration = (state.torque - carried) / state.along_axis;
+        match body.motion {
+            Motion::Revolute => state.omega_dot.z += acceleration,
+            Motion::Prismatic => state.accel.z += acceleration,
+        }
+        qdd[body.joint_idx] = acceleration;
+    }
+}

@@ -1,0 +1,6 @@
+//! What URDF cannot say, from a file beside it.
+
+mod joint_keys;
+mod sidecar_file;
+
+pub use sidecar_file::Sidecar;
