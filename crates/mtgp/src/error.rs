@@ -81,14 +81,6 @@ pub enum MtgpError {
         /// Number of tasks m.
         n_tasks: usize,
     },
-    /// A prior of K^ρ that is no distribution.
-    #[error("{degrees_of_freedom} degrees of freedom of an inverse Wishart prior of {n_tasks} tasks, which must be finite and above {}", .n_tasks - 1)]
-    ImproperTaskPrior {
-        /// ν₀ given.
-        degrees_of_freedom: f64,
-        /// Number of tasks m.
-        n_tasks: usize,
-    },
     /// A matrix has no eigen- or singular value decomposition, which an entry that is not finite causes.
     #[error("matrix of {rows} rows and {columns} columns has no spectral decomposition")]
     NoSpectrum {

@@ -13,8 +13,7 @@
 //! (26) does not change when c^x is multiplied by a constant: K^ρ is divided by it.
 //!
 //! A context's predictions use its own torques only (eq. (18)): there is no transfer. That is what
-//! makes this case of theoretical rather than practical use; with noise, or with contexts observed at
-//! different inputs, see [`crate::CompleteBlock`] and [`crate::RepeatedInputs`].
+//! makes this case of theoretical rather than practical use; with noise see [`crate::CompleteBlock`].
 //!
 //! G is singular if the contexts' torques are linearly dependent at the inputs, which is certain with
 //! more contexts than inputs; K^ρ then has no inverse and the likelihood has no maximum.
@@ -90,11 +89,6 @@ impl<C: Covariance> NoiseFreeBlock<C> {
     /// Number of inputs ν.
     pub fn n_inputs(&self) -> usize {
         self.x.nrows()
-    }
-
-    /// log|K^x|.
-    pub(crate) fn input_log_det(&self) -> f64 {
-        self.factor.log_det()
     }
 
     /// K^ρ at the maximum of the likelihood, (m, m); also where it is singular.
@@ -220,7 +214,7 @@ impl<C: Covariance> NoiseFreeBlock<C> {
     /// The singular values of L⁻¹T are taken with columns of length one, so that contexts of very
     /// different torque are not taken for dependent ones. Rounding of T reaches them magnified by the
     /// condition number of L.
-    pub(crate) fn task_gram_factor(&self) -> Result<Factor, MtgpError> {
+    fn task_gram_factor(&self) -> Result<Factor, MtgpError> {
         let (n_inputs, m) = (self.n_inputs(), self.n_tasks());
         let norm = |task| self.task_gram[(task, task)].sqrt().max(f64::MIN_POSITIVE);
         let unit = Mat::from_fn(n_inputs, m, |j, task| {

@@ -8,10 +8,9 @@
 //! log p(t) = log p′(t′) − Σ_γ n_γ log σ_γ
 //! ```
 
-use gp_core::{Evaluation, Evidence, FitPosterior, LikelihoodOptions, LogMarginal, Prediction};
+use faer::Mat;
+use gp_core::{Evaluation, Evidence, LikelihoodOptions, LogMarginal};
 use kernels::Covariance;
-
-use faer::{Mat, MatRef};
 
 use crate::error::MtgpError;
 use crate::layout::Stacked;
@@ -54,16 +53,6 @@ impl TaskNoise {
                 value: task_noise_std[task],
             })),
         }
-    }
-
-    /// The prior of the latent torques.
-    pub fn prior(&self) -> &MultiTaskCovariance {
-        &self.prior
-    }
-
-    /// Noise standard deviations σ_γ, (m,), in target units.
-    pub fn task_noise_std(&self) -> &[f64] {
-        &self.task_noise_std
     }
 
     /// Log marginal likelihood and its gradient.
@@ -113,26 +102,6 @@ impl TaskNoise {
                 ..of_white
             },
             gradient,
-        })
-    }
-
-    /// The process conditioned on data.
-    ///
-    /// # Errors
-    /// As for [`TaskNoise::evidence`].
-    /// # Panics
-    /// If the inputs of `data` do not have the number of columns that the prior needs.
-    pub fn posterior(
-        &self,
-        data: &Stacked,
-        targets: &[f64],
-        options: LikelihoodOptions,
-    ) -> Result<TaskNoisePosterior, MtgpError> {
-        let targets = self.white_targets(data, targets)?;
-        let white = FitPosterior::new(self.white_prior()?, 1.0, data.inputs(), &targets, options)?;
-        Ok(TaskNoisePosterior {
-            white,
-            task_noise_std: self.task_noise_std.clone(),
         })
     }
 
@@ -211,43 +180,5 @@ fn factor_of(task: &TaskCovariance) -> Result<TaskFactor, MtgpError> {
         TaskCovariance::Ones { n_tasks } => TaskFactor::new(Mat::full(*n_tasks, 1, 1.0)),
         TaskCovariance::Factor(factor) => Ok(factor.clone()),
         TaskCovariance::Regression(regression) => Ok(regression.factor()),
-    }
-}
-
-/// A multi-task process with noise per task, conditioned on data.
-#[derive(Debug, Clone)]
-pub struct TaskNoisePosterior {
-    /// Of torques in units of their task's noise.
-    white: FitPosterior<MultiTaskCovariance>,
-    task_noise_std: Vec<f64>,
-}
-
-impl TaskNoisePosterior {
-    /// Posterior means and latent variances of one task, in target units.
-    ///
-    /// # Shapes
-    /// `x` (k, d), the covariates alone.
-    /// # Errors
-    /// [`MtgpError::UnknownTask`]; [`MtgpError::Gp`] for inputs that are not finite or do
-    /// not fit.
-    pub fn predict(&self, x: MatRef<'_, f64>, task: usize) -> Result<Prediction, MtgpError> {
-        let rows = self.white.covariance().rows_of(x, task)?;
-        let mut prediction = self.white.predict(rows.as_ref())?;
-        let scale = self.task_noise_std[task];
-        for (mean, var) in prediction.mean.iter_mut().zip(&mut prediction.var) {
-            *mean *= scale;
-            *var *= scale * scale;
-        }
-        Ok(prediction)
-    }
-
-    /// The process of torques in units of their task's noise, with unit noise.
-    pub fn white(&self) -> &FitPosterior<MultiTaskCovariance> {
-        &self.white
-    }
-
-    /// Noise standard deviations σ_γ, (m,), in target units.
-    pub fn task_noise_std(&self) -> &[f64] {
-        &self.task_noise_std
     }
 }
