@@ -8,8 +8,7 @@ use faer::{Accum, ColMut, Mat, MatRef, Par};
 use gp_core::{Factor, FitPosterior, LowRankParts};
 
 use crate::error::MtgpError;
-use crate::layout::split;
-use crate::prior::MultiTaskCovariance;
+use crate::prior::{MultiTaskCovariance, split};
 use crate::sequential::product;
 use crate::triangular_rows::TriangularRows;
 

@@ -11,7 +11,7 @@ use crate::triangular_rows::TriangularRows;
 
 /// What a posterior has learned of one joint, laid out for one state at a time.
 ///
-/// The same numbers as [`crate::LatentFunctions`], in O(b² r) per state for b basis points:
+/// The same numbers as [`crate::latent::LatentFunctions`], in O(b² r) per state for b basis points:
 /// one product with one triangular matrix T, whichever factors the posterior has.
 /// ```text
 /// M_c = K_Bcᵀ β,   S_cc′(x, y) = δ_cc′ c^x(x, y) − v_c(x)ᵀ v_c′(y),   v_c = T K_Bc

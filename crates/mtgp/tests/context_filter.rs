@@ -3,10 +3,11 @@
 use allocation_counter::measure;
 use faer::{Mat, mat};
 use gp_core::{FitPosterior, LikelihoodOptions, Method};
-use mtgp::{
-    ContextFilter, ContextPrior, ContextTracker, ContextTransition, JointTorques, MtgpError,
-    MultiTaskCovariance, Outliers, context_evidence,
+use mtgp::context::{
+    ContextFilter, ContextPrior, ContextTracker, ContextTransition, JointTorques, Outliers,
+    context_evidence,
 };
+use mtgp::{MtgpError, MultiTaskCovariance};
 
 use crate::eq_21::{assert_close, dense};
 use crate::icm_draws::four_tasks_of_rank_two;

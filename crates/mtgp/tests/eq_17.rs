@@ -3,7 +3,8 @@
 use faer::{Mat, mat};
 use gp_core::{Posterior, log_marginal_likelihood_with_gradient};
 use kernels::{Constant, Covariance};
-use mtgp::{CompleteBlock, MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
+use mtgp::block::CompleteBlock;
+use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
 
 use crate::textbook::{Case, assert_close, complete_case, entries, random, torque_covariance};
 

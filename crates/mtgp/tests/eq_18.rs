@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 use kernels::{TorqueCovariance, TorqueParams};
-use mtgp::{CompleteBlock, NoiseFreeBlock};
+use mtgp::block::{CompleteBlock, NoiseFreeBlock};
 
 use crate::textbook::{Case, assert_close, random};
 

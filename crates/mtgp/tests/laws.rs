@@ -2,7 +2,8 @@
 
 use faer::Mat;
 use kernels::{Covariance, TorqueCovariance, TorqueForm, TorqueParams};
-use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor, TaskRegression, with_task};
+use mtgp::prior::TaskRegression;
+use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

@@ -2,7 +2,8 @@
 
 use gp_core::{LikelihoodOptions, Method, log_marginal_likelihood_with_gradient};
 use kernels::Covariance;
-use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskNoise};
+use mtgp::prior::TaskNoise;
+use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance};
 
 use crate::fixture::{Case, M, case};
 

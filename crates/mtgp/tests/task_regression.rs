@@ -2,7 +2,8 @@
 
 use faer::{Mat, mat};
 use kernels::{Covariance, TorqueCovariance, TorqueForm};
-use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, TaskRegression, with_task};
+use mtgp::prior::TaskRegression;
+use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
 
 /// K^ρ = 4ΛΛᵀ of three tasks and rank 2.
 fn by_hand() -> Mat<f64> {

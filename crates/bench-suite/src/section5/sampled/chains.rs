@@ -42,7 +42,7 @@ pub struct Diagnostics {
 /// Draws from the posterior of the hyperparameters of a point estimate's process.
 ///
 /// K^ρ is drawn as regressions of the loads on one another, in the order that the point estimate's
-/// K^ρ gives them: see [`mtgp::TaskRegression`].
+/// K^ρ gives them: see [`mtgp::prior::TaskRegression`].
 ///
 /// # Errors
 /// `Fit` if a chain cannot begin or go on.

@@ -3,7 +3,7 @@
 use faer::Mat;
 
 use crate::error::MtgpError;
-use crate::task_cov::{TaskCovariance, TaskFactor};
+use crate::prior::task_cov::{TaskCovariance, TaskFactor};
 
 /// How the torque of a task is made of the r latent functions f_c, and of one of its own.
 ///

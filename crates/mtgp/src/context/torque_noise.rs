@@ -3,9 +3,9 @@
 use faer::MatRef;
 use gp_core::FitPosterior;
 
+use crate::context::model::ContextModel;
 use crate::error::MtgpError;
-use crate::latent_functions::LatentFunctions;
-use crate::predictive::{ContextModel, PredictiveDensity};
+use crate::latent::{LatentFunctions, PredictiveDensity};
 use crate::prior::MultiTaskCovariance;
 
 /// A joint's model whose new torques carry noise beyond the σ that was learned.

@@ -4,14 +4,13 @@ use std::sync::Arc;
 
 use gp_core::FitPosterior;
 
+use crate::context::outliers::Outliers;
 use crate::error::MtgpError;
 use crate::latent_predictor::{LatentPredictor, LatentSample};
-use crate::outliers::Outliers;
-use crate::prior::MultiTaskCovariance;
-use crate::task_row::TaskRow;
+use crate::prior::{MultiTaskCovariance, TaskRow};
 use crate::window_factor::WindowFactor;
 
-/// One joint of a [`crate::ContextTracker`].
+/// One joint of a [`crate::context::ContextTracker`].
 ///
 /// ```text
 /// p_s(γ) = p(t_s | x_s, D, the last w torques and their states, c_γ)

@@ -4,6 +4,8 @@ use faer::{Mat, MatRef};
 use gp_core::{GpError, Prediction};
 use kernels::Covariance;
 
+use crate::error::{MtgpError, require_inputs};
+
 /// Test points that are worked on together: bounds the memory to (ν, `BLOCK`).
 const BLOCK: usize = 128;
 
@@ -33,8 +35,8 @@ impl<C: Covariance> TaskPosterior<'_, C> {
         &self,
         x_test: MatRef<'_, f64>,
         mut explained: impl FnMut(&mut Mat<f64>) -> Vec<f64>,
-    ) -> Result<Prediction, GpError> {
-        self.require_inputs(x_test)?;
+    ) -> Result<Prediction, MtgpError> {
+        require_inputs(x_test, self.x.ncols())?;
         let n_test = x_test.nrows();
         let (mut mean, mut var) = (Vec::with_capacity(n_test), Vec::with_capacity(n_test));
         for first in (0..n_test).step_by(BLOCK) {
@@ -54,29 +56,6 @@ impl<C: Covariance> TaskPosterior<'_, C> {
             n_clamped,
         })
     }
-
-    fn require_inputs(&self, x_test: MatRef<'_, f64>) -> Result<(), GpError> {
-        if x_test.ncols() != self.x.ncols() {
-            return Err(GpError::WrongCovariates {
-                found: x_test.ncols(),
-                expected: self.x.ncols(),
-            });
-        }
-        require_finite_inputs(x_test)
-    }
-}
-
-/// Fails on the first input that is NaN or infinite.
-pub(crate) fn require_finite_inputs(x: MatRef<'_, f64>) -> Result<(), GpError> {
-    for row in 0..x.nrows() {
-        for column in 0..x.ncols() {
-            let value = x[(row, column)];
-            if !value.is_finite() {
-                return Err(GpError::NonFiniteInput { row, column, value });
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Fails on the first noise level that is not finite and above zero.

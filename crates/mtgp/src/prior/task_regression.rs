@@ -4,9 +4,9 @@ use faer::{Mat, MatRef};
 use kernels::{ParamLayout, TorqueCovariance, TorqueParams, Transform};
 
 use crate::error::MtgpError;
-use crate::prior::MultiTaskCovariance;
-use crate::rank_part::pivoted_columns;
-use crate::task_cov::{TaskCovariance, TaskFactor};
+use crate::prior::multi_task_covariance::MultiTaskCovariance;
+use crate::prior::pivoted_columns::pivoted_columns;
+use crate::prior::task_cov::{TaskCovariance, TaskFactor};
 
 /// Standard deviation of what is new in a task of which K^ρ has nothing new, relative to the first task.
 const UNHEARD: f64 = 1e-8;

@@ -14,7 +14,7 @@ use std::ops::Range;
 use faer::{Mat, MatRef};
 use kernels::{Covariance, Crew, TorqueCovariance, for_each_column};
 
-use crate::runs::{Runs, TaskTable};
+use crate::prior::runs::{Runs, TaskTable};
 
 /// Samples of one task that are worked on together.
 ///
@@ -196,7 +196,7 @@ fn with_lower_block(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task_cov::{TaskCovariance, TaskFactor};
+    use crate::prior::task_cov::{TaskCovariance, TaskFactor};
     use kernels::TorqueForm;
 
     const N: usize = 650;

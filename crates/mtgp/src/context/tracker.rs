@@ -2,12 +2,12 @@
 
 use gp_core::{FitPosterior, GpError};
 
-use crate::context_estimate::ContextPrior;
-use crate::context_filter::{ContextFilter, ContextTransition};
+use crate::context::estimate::ContextPrior;
+use crate::context::filter::{ContextFilter, ContextTransition};
+use crate::context::outliers::Outliers;
+use crate::context::window::SampleWindow;
 use crate::error::{MtgpError, require_count};
-use crate::outliers::Outliers;
 use crate::prior::MultiTaskCovariance;
-use crate::sample_window::SampleWindow;
 
 /// Follows the context of a robot in motion.
 ///

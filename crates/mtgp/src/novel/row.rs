@@ -5,10 +5,9 @@ use gp_core::optimize::{MinimizeOptions, Objective, minimize};
 use gp_core::{Factor, GpError, StopReason};
 
 use crate::error::MtgpError;
-use crate::latent_functions::LatentFunctions;
-use crate::predictive::require_torques;
-use crate::row_population::RowPopulation;
-use crate::task_row::TaskRow;
+use crate::latent::{LatentFunctions, require_torques};
+use crate::novel::row_prior::RowPopulation;
+use crate::prior::TaskRow;
 
 /// Share of the largest singular value below which least squares takes one for zero.
 const RANK_TOLERANCE: f64 = 1e-10;

@@ -1,6 +1,6 @@
 //! None of these: a test of whether new torques can come from any known context at all.
 
-use crate::context_estimate::{ContextEvidence, ContextPosterior};
+use crate::context::estimate::{ContextEvidence, ContextPosterior};
 use crate::error::{MtgpError, require_count};
 
 /// Probability that a χ² variable of k degrees of freedom is at least `value`.

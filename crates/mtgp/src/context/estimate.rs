@@ -3,8 +3,8 @@
 use faer::MatRef;
 use gp_core::GpError;
 
+use crate::context::model::ContextModel;
 use crate::error::{MtgpError, require_count};
-use crate::predictive::ContextModel;
 
 /// New torques of one joint, and the model of that joint.
 #[derive(Clone, Copy)]

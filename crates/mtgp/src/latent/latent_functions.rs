@@ -1,14 +1,13 @@
 //! The latent functions of eq. (16) at new inputs, conditioned on the data of all tasks.
 
 use faer::{Mat, MatRef};
-use gp_core::{FitPosterior, GpError};
+use gp_core::FitPosterior;
 use kernels::Covariance;
 
 use crate::basis::{Basis, add_transposed_product, mirror};
-use crate::error::MtgpError;
-use crate::predictive::PredictiveDensity;
-use crate::prior::MultiTaskCovariance;
-use crate::task_row::TaskRow;
+use crate::error::{MtgpError, require_inputs};
+use crate::latent::predictive::PredictiveDensity;
+use crate::prior::{MultiTaskCovariance, TaskRow};
 
 /// Posterior of the r latent functions at k new inputs: all that any task's torques there need.
 ///
@@ -44,7 +43,7 @@ impl LatentFunctions {
     /// # Shapes
     /// `x` (k, d), without a column for the task.
     /// # Errors
-    /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
+    /// [`gp_core::GpError::WrongCovariates`] or [`gp_core::GpError::NonFiniteInput`].
     pub fn new(
         posterior: &FitPosterior<MultiTaskCovariance>,
         x: MatRef<'_, f64>,
@@ -172,21 +171,4 @@ impl LatentFunctions {
         let total = self.noise_std.hypot(noise_std);
         PredictiveDensity::new(mean, self.covariance_of(row), total)
     }
-}
-
-/// Fails unless inputs have the model's columns and are finite.
-pub(crate) fn require_inputs(x: MatRef<'_, f64>, expected: usize) -> Result<(), MtgpError> {
-    if x.ncols() != expected {
-        let found = x.ncols();
-        return Err(GpError::WrongCovariates { found, expected }.into());
-    }
-    for row in 0..x.nrows() {
-        for column in 0..x.ncols() {
-            let value = x[(row, column)];
-            if !value.is_finite() {
-                return Err(GpError::NonFiniteInput { row, column, value }.into());
-            }
-        }
-    }
-    Ok(())
 }

@@ -5,8 +5,6 @@ use gp_core::{Factor, FitPosterior, GpError};
 use kernels::Covariance;
 
 use crate::error::{MtgpError, require_count};
-use crate::latent_functions::LatentFunctions;
-use crate::prior::MultiTaskCovariance;
 
 /// A Gaussian density of k torques that will be observed together.
 ///
@@ -103,9 +101,7 @@ impl PredictiveDensity {
         let value = -0.5 * (squares + self.factor.log_det() + constant);
         Ok((value, squares))
     }
-}
 
-impl PredictiveDensity {
     /// Log density of the first torque, of the first two, …, each with the sum of its squares, (k,).
     ///
     /// ```text
@@ -138,49 +134,5 @@ pub(crate) fn require_torques(torques: &[f64], expected: usize) -> Result<(), Mt
             row,
             value: torques[row],
         })?,
-    }
-}
-
-/// One joint's torque under each of m contexts, as a model that has learned them predicts it.
-pub trait ContextModel {
-    /// Number of contexts m.
-    fn n_contexts(&self) -> usize;
-
-    /// The density of the torques at the rows of `x`, all of the same context, for each context.
-    ///
-    /// # Errors
-    /// What keeps the model from predicting there.
-    fn predictive_densities(&self, x: MatRef<'_, f64>)
-    -> Result<Vec<PredictiveDensity>, MtgpError>;
-}
-
-/// The contexts are the tasks; the latent functions are conditioned once for all of them.
-impl ContextModel for FitPosterior<MultiTaskCovariance> {
-    fn n_contexts(&self) -> usize {
-        self.covariance().n_tasks()
-    }
-
-    fn predictive_densities(
-        &self,
-        x: MatRef<'_, f64>,
-    ) -> Result<Vec<PredictiveDensity>, MtgpError> {
-        let latent = LatentFunctions::new(self, x)?;
-        let rows = self.covariance().task().rows();
-        rows.iter().map(|row| latent.density(row)).collect()
-    }
-}
-
-/// A model of its own for every context.
-impl<C: Covariance> ContextModel for Vec<FitPosterior<C>> {
-    fn n_contexts(&self) -> usize {
-        self.len()
-    }
-
-    fn predictive_densities(
-        &self,
-        x: MatRef<'_, f64>,
-    ) -> Result<Vec<PredictiveDensity>, MtgpError> {
-        let of = |posterior| PredictiveDensity::of_posterior(posterior, x);
-        self.iter().map(of).collect()
     }
 }

@@ -13,9 +13,9 @@ use gp_core::{Evaluation, Evidence, LikelihoodOptions, LogMarginal};
 use kernels::Covariance;
 
 use crate::error::MtgpError;
-use crate::layout::Stacked;
-use crate::prior::MultiTaskCovariance;
-use crate::task_cov::{TaskCovariance, TaskFactor};
+use crate::prior::layout::Stacked;
+use crate::prior::multi_task_covariance::MultiTaskCovariance;
+use crate::prior::task_cov::{TaskCovariance, TaskFactor};
 
 /// A multi-task prior whose tasks are observed with noise of different sizes.
 ///

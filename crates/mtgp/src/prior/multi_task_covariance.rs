@@ -6,10 +6,10 @@ use kernels::{
 };
 
 use crate::error::MtgpError;
-use crate::layout::{split, with_task};
-use crate::runs::{Runs, TaskTable};
-use crate::task_cov::TaskCovariance;
-use crate::task_pairs::gram_sums;
+use crate::prior::gradient::gram_sums;
+use crate::prior::layout::{split, with_task};
+use crate::prior::runs::{Runs, TaskTable};
+use crate::prior::task_cov::TaskCovariance;
 
 /// Columns that are worked on together: bounds the memory to (n, `PANEL`) a few times.
 const PANEL: usize = 128;

@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 use kernels::{ParamLayout, Transform};
 
 use crate::error::MtgpError;
-use crate::task_regression::TaskRegression;
+use crate::prior::task_regression::TaskRegression;
 
 /// The factor Λ of K^ρ = ΛΛᵀ: lower triangular with its columns cut off at the rank.
 ///

@@ -31,9 +31,9 @@ use faer::{Mat, MatRef};
 use gp_core::{GpError, Prediction};
 use kernels::Covariance;
 
-use crate::error::MtgpError;
+use crate::block::prediction::{TaskPosterior, dot, require_noise};
+use crate::error::{MtgpError, require_finite_inputs};
 use crate::sequential::{SymmetricEigen, product, symmetric_eigen};
-use crate::structured_prediction::{TaskPosterior, dot, require_finite_inputs, require_noise};
 
 /// A multi-task process conditioned on a complete block.
 ///
@@ -209,7 +209,7 @@ impl<C: Covariance> CompleteBlock<C> {
             let part = |col| weighted_square(rotated.col_as_slice(col), &gains);
             (0..rotated.ncols()).map(part).collect()
         };
-        Ok(posterior.predict(x_test, explained)?)
+        posterior.predict(x_test, explained)
     }
 
     /// 1/W_jc = 1 + s_j λ_c.

@@ -13,7 +13,7 @@
 //! (26) does not change when c^x is multiplied by a constant: K^ρ is divided by it.
 //!
 //! A context's predictions use its own torques only (eq. (18)): there is no transfer. That is what
-//! makes this case of theoretical rather than practical use; with noise see [`crate::CompleteBlock`].
+//! makes this case of theoretical rather than practical use; with noise see [`crate::block::CompleteBlock`].
 //!
 //! G is singular if the contexts' torques are linearly dependent at the inputs, which is certain with
 //! more contexts than inputs; K^ρ then has no inverse and the likelihood has no maximum.
@@ -26,10 +26,10 @@ use faer::{Mat, MatRef};
 use gp_core::{Factor, Prediction};
 use kernels::Covariance;
 
+use crate::block::complete_block::require_block;
+use crate::block::prediction::{TaskPosterior, dot};
 use crate::error::MtgpError;
-use crate::kron::require_block;
 use crate::sequential::{product, thin_svd};
-use crate::structured_prediction::{TaskPosterior, dot};
 
 /// A multi-task process conditioned on a complete block without noise.
 ///
@@ -206,7 +206,7 @@ impl<C: Covariance> NoiseFreeBlock<C> {
                 .map(|col| prior_scale * squared(col))
                 .collect()
         };
-        Ok(posterior.predict(x_test, explained)?)
+        posterior.predict(x_test, explained)
     }
 
     /// The factor of G, where its rank is m.

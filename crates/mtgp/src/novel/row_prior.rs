@@ -4,9 +4,8 @@ use faer::Mat;
 use gp_core::Factor;
 
 use crate::error::MtgpError;
-use crate::latent_functions::LatentFunctions;
-use crate::predictive::PredictiveDensity;
-use crate::task_row::TaskRow;
+use crate::latent::{LatentFunctions, PredictiveDensity};
+use crate::prior::TaskRow;
 
 /// A task drawn like the known ones.
 ///

@@ -5,12 +5,11 @@ use gp_core::{Factor, FitPosterior, Prediction};
 use kernels::Covariance;
 
 use crate::basis::{Basis, add_inner_product, add_transposed_product, mirror};
-use crate::error::MtgpError;
-use crate::latent_functions::{LatentFunctions, require_inputs};
-use crate::novel_context::NewTorques;
-use crate::predictive::{ContextModel, PredictiveDensity, require_torques};
-use crate::prior::MultiTaskCovariance;
-use crate::task_row::TaskRow;
+use crate::context::ContextModel;
+use crate::error::{MtgpError, require_inputs};
+use crate::latent::{LatentFunctions, PredictiveDensity, require_torques};
+use crate::novel::row::NewTorques;
+use crate::prior::{MultiTaskCovariance, TaskRow};
 
 /// Test points that are worked on together: bounds the memory to (n, `BLOCK`).
 const BLOCK: usize = 128;
@@ -46,7 +45,7 @@ impl AdaptedPosterior {
     /// # Shapes
     /// `x` (k, d), without a column for the task; `torques` (k,), N·m.
     /// # Errors
-    /// Shapes and numbers of inputs, torques and row as for [`crate::log_density_of_row`] and
+    /// Shapes and numbers of inputs, torques and row as for [`crate::novel::log_density_of_row`] and
     /// [`LatentFunctions::new`]; [`gp_core::GpError::NotPositiveDefinite`].
     pub fn new(
         posterior: FitPosterior<MultiTaskCovariance>,

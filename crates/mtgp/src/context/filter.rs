@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 
-use crate::context_estimate::{ContextPrior, most_probable, normalise};
+use crate::context::estimate::{ContextPrior, most_probable, normalise};
 use crate::error::{MtgpError, require_count};
 
 /// How the context moves from one sample to the next: a Markov chain.
@@ -130,7 +130,7 @@ impl ContextTransition {
 /// ```
 /// p_s(γ) is the density of the sample s under context γ, of whatever origin; the filter takes
 /// the samples as independent given their contexts, or p_s as conditioned on earlier ones.
-/// If T = I, then P_s is [`crate::ContextPosterior`] for the product of the densities: with the
+/// If T = I, then P_s is [`crate::context::ContextPosterior`] for the product of the densities: with the
 /// densities of single samples, that of a model in which the samples are independent given the
 /// context; with p_s conditioned on all earlier samples, eq. (21).
 ///
