@@ -7,7 +7,7 @@ use kernels::Covariance;
 
 use crate::error::{MtgpError, require_finite_inputs, require_inputs};
 use crate::model::TaskProcess;
-use crate::prior::{MultiTaskCovariance, split};
+use crate::prior::{MultiTaskCovariance, TaskMatrix, split};
 use crate::shared_factor::SharedFit;
 use crate::task_fit::TaskFit;
 

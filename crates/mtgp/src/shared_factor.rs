@@ -14,7 +14,7 @@ use gp_core::{FitPosterior, GpError, LogMarginal, add_prior_information, informa
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
 
 use crate::error::{MtgpError, require_count};
-use crate::prior::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor};
+use crate::prior::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor, TaskMatrix};
 use crate::rank_part::rank_part;
 use crate::task_fit::{MultiTaskOptions, TaskFit};
 

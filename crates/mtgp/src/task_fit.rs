@@ -9,7 +9,7 @@ use kernels::TorqueForm;
 
 use crate::climb::Climb;
 use crate::error::MtgpError;
-use crate::prior::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor};
+use crate::prior::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor, TaskMatrix};
 use crate::rank_part::RankPart;
 
 /// How long and how hard to search, and how far to follow the chapter.

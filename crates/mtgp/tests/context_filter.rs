@@ -100,7 +100,7 @@ fn a_window_over_all_samples_without_switching_is_the_batch() {
             *sum += value;
         }
     }
-    let expected = mtgp::ContextPosterior::new(&sums, &prior).unwrap();
+    let expected = mtgp::context::ContextPosterior::new(&sums, &prior).unwrap();
     for (a, b) in last.iter().zip(expected.log_probabilities()) {
         assert_close("log posterior", *a, *b);
     }

@@ -129,7 +129,6 @@ impl TaskRecord {
             TaskCovariance::Identity { .. } => Self::Identity,
             TaskCovariance::Ones { .. } => Self::Ones,
             TaskCovariance::Factor(factor) => Self::of_factor(factor),
-            TaskCovariance::Regression(regression) => Self::of_factor(&regression.factor()),
         }
     }
 

@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 use gp_core::{FitPosterior, FitSummary, Prediction, ProcessPredictor, Scaling};
 
 use crate::error::MtgpError;
-use crate::prior::{MultiTaskCovariance, TaskCovariance, TaskRow, split};
+use crate::prior::{MultiTaskCovariance, TaskCovariance, TaskMatrix, TaskRow, split};
 use crate::task_fit::{Origin, TaskFit, TaskFitReport};
 
 /// A multi-task process over one joint's torque, with the summary of its fit.

@@ -197,6 +197,7 @@ fn with_lower_block(
 mod tests {
     use super::*;
     use crate::prior::task_cov::{TaskCovariance, TaskFactor};
+    use crate::prior::task_matrix::TaskMatrix;
     use kernels::TorqueForm;
 
     const N: usize = 650;

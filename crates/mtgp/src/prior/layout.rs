@@ -167,6 +167,21 @@ pub fn with_task(x: MatRef<'_, f64>, task: usize) -> Mat<f64> {
     })
 }
 
+/// Inputs of every task as rows (x, task), one task after the other.
+///
+/// # Shapes
+/// `x` (k, d); the result (mk, d + 1).
+pub(crate) fn with_every_task(x: MatRef<'_, f64>, n_tasks: usize) -> Mat<f64> {
+    let (k, d) = (x.nrows(), x.ncols());
+    Mat::from_fn(n_tasks * k, d + 1, |row, col| {
+        if col == d {
+            (row / k) as f64
+        } else {
+            x[(row % k, col)]
+        }
+    })
+}
+
 /// The two parts of rows (x, task): covariates, (n, d), and tasks, (n,).
 ///
 /// # Panics

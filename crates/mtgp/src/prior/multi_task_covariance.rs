@@ -10,6 +10,7 @@ use crate::prior::gradient::gram_sums;
 use crate::prior::layout::{split, with_task};
 use crate::prior::runs::{Runs, TaskTable};
 use crate::prior::task_cov::TaskCovariance;
+use crate::prior::task_matrix::TaskMatrix;
 
 /// Columns that are worked on together: bounds the memory to (n, `PANEL`) a few times.
 const PANEL: usize = 128;
@@ -26,7 +27,9 @@ const PANEL: usize = 128;
 /// The likelihood knows the product only: (a² K^ρ, c^x/a²) is the same prior for
 /// every a.
 /// Nothing fixes a here; of two models, compare K^ρ c^x(x, x) or
-/// [`TaskCovariance::correlations`].
+/// [`TaskMatrix::correlations`].
+///
+/// T is what K^ρ is made of: [`TaskCovariance`], or other coordinates of the same matrix.
 /// # Shapes
 /// Rows have d + 1 columns, the covariates of c^x and the task: see
 /// [`crate::Stacked`] and [`with_task`].
@@ -36,14 +39,14 @@ const PANEL: usize = 128;
 /// # Source
 /// Eqs. (13)–(16), for one joint; Bonilla, Chai & Williams 2008, sec. 2.1.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MultiTaskCovariance {
+pub struct MultiTaskCovariance<T = TaskCovariance> {
     input: TorqueCovariance,
-    task: TaskCovariance,
+    task: T,
 }
 
-impl MultiTaskCovariance {
+impl<T: TaskMatrix> MultiTaskCovariance<T> {
     /// The product of c^x = `input` and K^ρ = `task`.
-    pub fn new(input: TorqueCovariance, task: TaskCovariance) -> Self {
+    pub fn new(input: TorqueCovariance, task: T) -> Self {
         Self { input, task }
     }
 
@@ -53,7 +56,7 @@ impl MultiTaskCovariance {
     }
 
     /// K^ρ, the covariance between tasks.
-    pub fn task(&self) -> &TaskCovariance {
+    pub fn task(&self) -> &T {
         &self.task
     }
 
@@ -106,7 +109,7 @@ fn panel_memory(n_rows: usize, n_columns: usize) -> Mat<f64> {
     Mat::zeros(n_rows, PANEL.min(n_columns))
 }
 
-impl Covariance for MultiTaskCovariance {
+impl<T: TaskMatrix> Covariance for MultiTaskCovariance<T> {
     fn layout(&self) -> ParamLayout {
         self.input.layout().followed_by(self.task.layout())
     }
@@ -141,7 +144,7 @@ impl Covariance for MultiTaskCovariance {
         let (x, tasks) = split(x, self.n_tasks());
         let n = x.nrows();
         assert_eq!((out.nrows(), out.ncols()), (n, n));
-        if matches!(self.task, TaskCovariance::Ones { .. }) {
+        if self.task.is_one_function() {
             return self.input.add_gram(x, out);
         }
         let (k_task, runs) = (self.task.k_task(), Runs::new(&tasks));
@@ -162,7 +165,7 @@ impl Covariance for MultiTaskCovariance {
         let (x2, tasks2) = split(x2, self.n_tasks());
         let (n1, n2) = (x1.nrows(), x2.nrows());
         assert_eq!((out.nrows(), out.ncols()), (n1, n2));
-        if matches!(self.task, TaskCovariance::Ones { .. }) {
+        if self.task.is_one_function() {
             return self.input.add_cross(x1, x2, out);
         }
         let (k_task, runs) = (self.task.k_task(), Runs::new(&tasks1));
@@ -199,7 +202,7 @@ impl Covariance for MultiTaskCovariance {
         let n = x.nrows();
         assert_eq!((adjoint.nrows(), adjoint.ncols()), (n, n));
         assert_eq!(gradient.len(), self.n_params());
-        if matches!(self.task, TaskCovariance::Ones { .. }) {
+        if self.task.is_one_function() {
             return self.input.gram_adjoint(x, adjoint, gradient);
         }
         let k_task = self.task.k_task();
@@ -223,7 +226,7 @@ impl Covariance for MultiTaskCovariance {
         let (n1, n2) = (x1.nrows(), x2.nrows());
         assert_eq!((adjoint.nrows(), adjoint.ncols()), (n1, n2));
         assert_eq!(gradient.len(), self.n_params());
-        if matches!(self.task, TaskCovariance::Ones { .. }) {
+        if self.task.is_one_function() {
             return self.input.cross_adjoint(x1, x2, adjoint, gradient);
         }
         let (of_input, of_task) = gradient.split_at_mut(self.input.n_params());

@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 use kernels::{ParamLayout, Transform};
 
 use crate::error::MtgpError;
-use crate::prior::task_regression::TaskRegression;
+use crate::prior::task_matrix::{TaskMatrix, symmetric_weights};
 
 /// The factor Λ of K^ρ = ΛΛᵀ: lower triangular with its columns cut off at the rank.
 ///
@@ -163,32 +163,31 @@ pub enum TaskCovariance {
     },
     /// K^ρ = ΛΛᵀ with Λ to be learned (mGP).
     Factor(TaskFactor),
-    /// The same K^ρ in other coordinates, for chains that draw from its posterior.
-    Regression(TaskRegression),
 }
 
 impl TaskCovariance {
-    /// Number of tasks m.
-    pub fn n_tasks(&self) -> usize {
-        match self {
-            Self::Identity { n_tasks } | Self::Ones { n_tasks } => *n_tasks,
-            Self::Factor(factor) => factor.n_tasks(),
-            Self::Regression(regression) => regression.n_tasks(),
-        }
-    }
-
     /// Rank of K^ρ: m, 1 or, at most, the number of columns of Λ.
     pub fn rank(&self) -> usize {
         match self {
             Self::Identity { n_tasks } => *n_tasks,
             Self::Ones { .. } => 1,
             Self::Factor(factor) => factor.rank(),
-            Self::Regression(regression) => regression.rank(),
+        }
+    }
+}
+
+/// The numbers are the free entries of Λ, row by row; there are none of the fixed kinds.
+///
+/// Their names are `task_factor[γ,c]`, and they have no bound.
+impl TaskMatrix for TaskCovariance {
+    fn n_tasks(&self) -> usize {
+        match self {
+            Self::Identity { n_tasks } | Self::Ones { n_tasks } => *n_tasks,
+            Self::Factor(factor) => factor.n_tasks(),
         }
     }
 
-    /// K^ρ, (m, m), symmetric.
-    pub fn k_task(&self) -> Mat<f64> {
+    fn k_task(&self) -> Mat<f64> {
         match self {
             Self::Identity { n_tasks } => Mat::identity(*n_tasks, *n_tasks),
             Self::Ones { n_tasks } => Mat::full(*n_tasks, *n_tasks, 1.0),
@@ -200,68 +199,10 @@ impl TaskCovariance {
                         .sum()
                 })
             }
-            Self::Regression(regression) => {
-                let root = regression.root();
-                &root * root.transpose()
-            }
         }
     }
 
-    /// Correlations between tasks, (m, m): K^ρ with its diagonal scaled to ones.
-    ///
-    /// A task whose variance is zero has correlation zero with the others.
-    pub fn correlations(&self) -> Mat<f64> {
-        let k_task = self.k_task();
-        Mat::from_fn(self.n_tasks(), self.n_tasks(), |row, col| {
-            let size = (k_task[(row, row)] * k_task[(col, col)]).sqrt();
-            match (row == col, size > 0.0) {
-                (true, _) => 1.0,
-                (false, true) => k_task[(row, col)] / size,
-                (false, false) => 0.0,
-            }
-        })
-    }
-
-    /// Number of free entries of Λ, or of numbers of the regressions; none for the fixed kinds.
-    pub fn n_params(&self) -> usize {
-        match self {
-            Self::Identity { .. } | Self::Ones { .. } => 0,
-            Self::Factor(factor) => TaskFactor::count(factor.n_tasks(), factor.rank()),
-            Self::Regression(regression) => {
-                TaskFactor::count(regression.n_tasks(), regression.rank()) - 1
-            }
-        }
-    }
-
-    /// The free entries, row by row; or s_2 to s_r and then the coefficients of the regressions.
-    pub fn params(&self) -> Vec<f64> {
-        match self {
-            Self::Identity { .. } | Self::Ones { .. } => Vec::new(),
-            Self::Factor(factor) => factor.entries(),
-            Self::Regression(regression) => regression.params(),
-        }
-    }
-
-    /// Replaces the free entries; the scale that a search counts in stays.
-    ///
-    /// # Panics
-    /// If the count is not [`TaskCovariance::n_params`].
-    pub fn set_params(&mut self, entries: &[f64]) {
-        assert_eq!(entries.len(), self.n_params());
-        match self {
-            Self::Identity { .. } | Self::Ones { .. } => {}
-            Self::Factor(factor) => {
-                let places = free_entries(factor.n_tasks(), factor.rank());
-                for ((row, col), value) in places.zip(entries) {
-                    factor.lambda[(row, col)] = *value;
-                }
-            }
-            Self::Regression(regression) => regression.set_params(entries),
-        }
-    }
-
-    /// Names `task_factor[γ,c]` of the free entries, which have no bound.
-    pub fn layout(&self) -> ParamLayout {
+    fn layout(&self) -> ParamLayout {
         match self {
             Self::Identity { .. } | Self::Ones { .. } => ParamLayout::new(),
             Self::Factor(factor) => ParamLayout::new().with_entries(
@@ -271,37 +212,49 @@ impl TaskCovariance {
                     scale: factor.scale,
                 },
             ),
-            Self::Regression(regression) => regression.layout(),
         }
     }
 
-    /// Adds the gradient of a weighted sum of the entries of K^ρ.
-    ///
+    fn n_params(&self) -> usize {
+        match self {
+            Self::Identity { .. } | Self::Ones { .. } => 0,
+            Self::Factor(factor) => TaskFactor::count(factor.n_tasks(), factor.rank()),
+        }
+    }
+
+    fn params(&self) -> Vec<f64> {
+        match self {
+            Self::Identity { .. } | Self::Ones { .. } => Vec::new(),
+            Self::Factor(factor) => factor.entries(),
+        }
+    }
+
+    /// The scale that a search counts in stays.
+    fn set_params(&mut self, entries: &[f64]) {
+        assert_eq!(entries.len(), self.n_params());
+        if let Self::Factor(factor) = self {
+            let places = free_entries(factor.n_tasks(), factor.rank());
+            for ((row, col), value) in places.zip(entries) {
+                factor.lambda[(row, col)] = *value;
+            }
+        }
+    }
+
     /// ```text
     /// ∂/∂Λ Σ_γδ T_γδ K^ρ_γδ = (T + Tᵀ) Λ
     /// ```
-    /// # Shapes
-    /// `weights` T, (m, m), which need not be symmetric; `gradient` has one entry
-    /// per free entry.
-    /// # Panics
-    /// On other shapes.
-    pub fn add_adjoint(&self, weights: MatRef<'_, f64>, gradient: &mut [f64]) {
-        let n_tasks = self.n_tasks();
-        assert_eq!((weights.nrows(), weights.ncols()), (n_tasks, n_tasks));
-        assert_eq!(gradient.len(), self.n_params());
-        let symmetric = || weights + weights.transpose();
-        match self {
-            Self::Identity { .. } | Self::Ones { .. } => {}
-            Self::Factor(factor) => {
-                let product = symmetric() * factor.lambda(); // (m, r)
-                let places = free_entries(n_tasks, factor.rank());
-                for ((row, col), slope) in places.zip(gradient) {
-                    *slope += product[(row, col)];
-                }
-            }
-            Self::Regression(regression) => {
-                regression.add_adjoint(symmetric().as_ref(), gradient);
+    fn add_adjoint(&self, weights: MatRef<'_, f64>, gradient: &mut [f64]) {
+        let symmetric = symmetric_weights(self, weights, gradient);
+        if let Self::Factor(factor) = self {
+            let product = symmetric * factor.lambda(); // (m, r)
+            let places = free_entries(factor.n_tasks(), factor.rank());
+            for ((row, col), slope) in places.zip(gradient) {
+                *slope += product[(row, col)];
             }
         }
+    }
+
+    fn is_one_function(&self) -> bool {
+        matches!(self, Self::Ones { .. })
     }
 }

@@ -16,6 +16,7 @@ use crate::error::MtgpError;
 use crate::prior::layout::Stacked;
 use crate::prior::multi_task_covariance::MultiTaskCovariance;
 use crate::prior::task_cov::{TaskCovariance, TaskFactor};
+use crate::prior::task_matrix::TaskMatrix;
 
 /// A multi-task prior whose tasks are observed with noise of different sizes.
 ///
@@ -179,6 +180,5 @@ fn factor_of(task: &TaskCovariance) -> Result<TaskFactor, MtgpError> {
         TaskCovariance::Identity { n_tasks } => TaskFactor::new(Mat::identity(*n_tasks, *n_tasks)),
         TaskCovariance::Ones { n_tasks } => TaskFactor::new(Mat::full(*n_tasks, 1, 1.0)),
         TaskCovariance::Factor(factor) => Ok(factor.clone()),
-        TaskCovariance::Regression(regression) => Ok(regression.factor()),
     }
 }

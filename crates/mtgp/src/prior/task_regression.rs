@@ -6,7 +6,8 @@ use kernels::{ParamLayout, TorqueCovariance, TorqueParams, Transform};
 use crate::error::MtgpError;
 use crate::prior::multi_task_covariance::MultiTaskCovariance;
 use crate::prior::pivoted_columns::pivoted_columns;
-use crate::prior::task_cov::{TaskCovariance, TaskFactor};
+use crate::prior::task_cov::TaskFactor;
+use crate::prior::task_matrix::{TaskMatrix, symmetric_weights};
 
 /// Standard deviation of what is new in a task of which K^ρ has nothing new, relative to the first task.
 const UNHEARD: f64 = 1e-8;
@@ -85,11 +86,6 @@ impl TaskRegression {
         Ok((regression, first * first))
     }
 
-    /// Number of tasks m.
-    pub fn n_tasks(&self) -> usize {
-        self.order.len()
-    }
-
     /// Rank r of K^ρ.
     pub fn rank(&self) -> usize {
         self.stds.len()
@@ -129,33 +125,26 @@ impl TaskRegression {
         root
     }
 
-    /// The triangular Λ of the same K^ρ.
-    pub(crate) fn factor(&self) -> TaskFactor {
-        TaskFactor::from_root(self.root().as_ref()).expect("counts are right and entries finite")
-    }
-
     /// Places (γ, c) of the coefficients in the order of the regressions, row by row.
     fn places(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let rank = self.rank();
         (1..self.n_tasks()).flat_map(move |row| (0..rank.min(row)).map(move |col| (row, col)))
     }
+}
 
-    pub(crate) fn params(&self) -> Vec<f64> {
-        let mut params = self.stds[1..].to_vec();
-        params.extend(self.places().map(|place| self.coefficients[place]));
-        params
+/// The numbers are s_2 to s_r and then the coefficients φ, row by row.
+impl TaskMatrix for TaskRegression {
+    fn n_tasks(&self) -> usize {
+        self.order.len()
     }
 
-    pub(crate) fn set_params(&mut self, params: &[f64]) {
-        let (stds, coefficients) = params.split_at(self.rank() - 1);
-        self.stds[1..].copy_from_slice(stds);
-        for (place, value) in self.places().zip(coefficients) {
-            self.coefficients[place] = *value;
-        }
+    fn k_task(&self) -> Mat<f64> {
+        let root = self.root();
+        &root * root.transpose()
     }
 
     /// Names `task_std[c]` of s_2 to s_r and `task_regression[γ,δ]` of the regression of task γ on task δ.
-    pub(crate) fn layout(&self) -> ParamLayout {
+    fn layout(&self) -> ParamLayout {
         let tasks = self
             .places()
             .map(|(row, col)| (self.order[row], self.order[col]));
@@ -164,11 +153,29 @@ impl TaskRegression {
             .with_entries("task_regression", tasks, Transform::Free { scale: 1.0 })
     }
 
-    /// Adds the gradient of Σ_γδ T_γδ K^ρ_γδ, given ∂/∂K^ρ as T + Tᵀ.
-    ///
+    fn n_params(&self) -> usize {
+        TaskFactor::count(self.n_tasks(), self.rank()) - 1
+    }
+
+    fn params(&self) -> Vec<f64> {
+        let mut params = self.stds[1..].to_vec();
+        params.extend(self.places().map(|place| self.coefficients[place]));
+        params
+    }
+
+    fn set_params(&mut self, params: &[f64]) {
+        assert_eq!(params.len(), self.n_params());
+        let (stds, coefficients) = params.split_at(self.rank() - 1);
+        self.stds[1..].copy_from_slice(stds);
+        for (place, value) in self.places().zip(coefficients) {
+            self.coefficients[place] = *value;
+        }
+    }
+
     /// From the last task to the first: ∂/∂φ_γc = g_γ·Λ_c, which also adds φ_γc g_γ to g_c, and
     /// ∂/∂s_γ = g_γγ, where g = (T + Tᵀ)Λ.
-    pub(crate) fn add_adjoint(&self, symmetric: MatRef<'_, f64>, gradient: &mut [f64]) {
+    fn add_adjoint(&self, weights: MatRef<'_, f64>, gradient: &mut [f64]) {
+        let symmetric = symmetric_weights(self, weights, gradient);
         let lambda = self.ordered_factor();
         let unordered = symmetric * self.in_order_of_tasks(lambda.as_ref());
         let mut slopes = Mat::from_fn(self.n_tasks(), self.rank(), |place, col| {
@@ -196,7 +203,7 @@ impl MultiTaskCovariance {
     ///
     /// # Errors
     /// [`MtgpError::Kernel`] if K^ρ is zero.
-    pub fn with_regression(&self) -> Result<Self, MtgpError> {
+    pub fn with_regression(&self) -> Result<MultiTaskCovariance<TaskRegression>, MtgpError> {
         let task = self.task();
         let (regression, variance) = TaskRegression::of(task.k_task().as_ref(), task.rank())?;
         let a = variance.sqrt();
@@ -209,6 +216,6 @@ impl MultiTaskCovariance {
             length_scales: params.length_scales,
             coulomb_std: params.coulomb_std.map(times_a),
         })?;
-        Ok(Self::new(input, TaskCovariance::Regression(regression)))
+        Ok(MultiTaskCovariance::new(input, regression))
     }
 }

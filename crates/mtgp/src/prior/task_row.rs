@@ -65,7 +65,6 @@ impl TaskCovariance {
             Self::Identity { n_tasks } => Mat::identity(*n_tasks, *n_tasks),
             Self::Ones { n_tasks } => Mat::full(*n_tasks, 1, 1.0),
             Self::Factor(factor) => factor.lambda().to_owned(),
-            Self::Regression(regression) => regression.factor().lambda().to_owned(),
         }
     }
 
