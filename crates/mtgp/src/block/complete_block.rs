@@ -1,291 +1,163 @@
-//! The multi-task process on a complete block design, by two small eigendecompositions.
-//!
-//! Every context γ is observed at the same ν inputs, T_jγ = t^γ(x_j), with noise of variance d_γ:
-//!
-//! ```text
-//! Σ = K^ρ ⊗ K^x + D ⊗ I                      covariance of vec T, (mν, mν), D = diag(d)
-//! D^{−½} K^ρ D^{−½} = U diag(λ) Uᵀ            (m, m)
-//! K^x = V diag(s) Vᵀ                          (ν, ν)
-//! Σ⁻¹ = (D^{−½}U ⊗ V) diag(W) (UᵀD^{−½} ⊗ Vᵀ),      W_jc = 1/(1 + s_j λ_c)
-//! ```
-//!
-//! With Ỹ = VᵀTD^{−½}U and Z = W ∘ Ỹ, both (ν, m), the matrix A of vec A = Σ⁻¹ vec T is
-//! V Z UᵀD^{−½}, and
-//!
-//! ```text
-//! log p = −½ Σ_jc (W_jc Ỹ_jc² − log W_jc) − ½ ν log|D| − ½ mν log 2π
-//! ∂ log p = tr(Q^x ∂K^x) + tr(Q^ρ ∂K^ρ) + Σ_γ q_γ ∂d_γ
-//! Q^x = ½ V (Z diag(λ) Zᵀ − diag_j Σ_c W_jc λ_c) Vᵀ
-//! Q^ρ = ½ D^{−½}U (Zᵀ diag(s) Z − diag_c Σ_j W_jc s_j) UᵀD^{−½}
-//! q_γ = ½ (Σ_j A_jγ² − d_γ⁻¹ Σ_jc U_γc² W_jc)
-//! ```
-//! All of it takes O(ν³ + m³ + mν(m + ν)) operations, where a factorisation of Σ takes (mν)³/3.
-//!
-//! Source: eq. (17); the decomposition is that of Stegle et al. 2011, "Efficient inference in
-//! matrix-variate Gaussian models with iid observation noise", sec. 3; the identities of Kronecker
-//! products, Golub & Van Loan 2013, sec. 12.3.
-
-use std::f64::consts::PI;
+//! A complete block design: every context observed at the same inputs, eq. (17), and its likelihood for a fit.
 
 use faer::{Mat, MatRef};
-use gp_core::{GpError, Prediction};
-use kernels::Covariance;
+use gp_core::{Evaluation, GpError, Likelihood, MethodUsed};
+use kernels::{Covariance, TorqueCovariance};
 
-use crate::block::prediction::{TaskPosterior, dot, require_noise};
+use crate::block::posterior::BlockPosterior;
 use crate::error::{MtgpError, require_finite_inputs};
-use crate::sequential::{SymmetricEigen, product, symmetric_eigen};
+use crate::prior::{MultiTaskCovariance, TaskMatrix, with_every_task};
 
-/// A multi-task process conditioned on a complete block.
+/// The torques of every context at the same inputs.
 ///
-/// ```text
-/// C(τ^γ(x), τ^δ(x′)) = (K^ρ)_γδ c^x(x, x′)         t^γ = τ^γ + noise of variance d_γ
+/// Being a [`Likelihood`] of the prior of eq. (16), it is something that [`gp_core::search`] and
+/// [`gp_core::refine`] climb: the maximum is that of [`gp_core::LogMarginal`] on the same samples, at
+/// O(ν³ + m³ + mν(m + ν)) operations an evaluation instead of (mν)³/3.
+///
+/// ```
+/// use faer::{Mat, mat};
+/// use gp_core::{FitOptions, StartKind, refine, search};
+/// use kernels::{TorqueCovariance, TorqueForm};
+/// use mtgp::block::CompleteBlock;
+/// use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor};
+///
+/// // One joint at eight states under two loads, the second load twice the first.
+/// let x = Mat::from_fn(8, 3, |j, col| (0.7 * j as f64 + 1.9 * col as f64).sin());
+/// let torque = |j: usize| 3.0 * x[(j, 0)] + x[(j, 1)] * x[(j, 2)];
+/// let targets = Mat::from_fn(8, 2, |j, task| torque(j) * (1.0 + task as f64));
+/// let mut block = CompleteBlock::new(x.as_ref(), targets.as_ref())?;
+///
+/// let task = TaskCovariance::Factor(TaskFactor::from_entries(2, 1, &[1.0, 1.0])?);
+/// let start = MultiTaskCovariance::new(TorqueCovariance::unit(1, TorqueForm::Smooth), task);
+/// let options = FitOptions { max_evaluations: 40, ..FitOptions::chapter() };
+/// let mut end = search(&mut block, &start, 0.5, StartKind::Given, &options);
+/// refine(&mut block, &mut end, &options);
+///
+/// let fitted = block.posterior(&end.covariance, end.noise_std)?;
+/// let [first, second] = [0, 1].map(|task| fitted.predict(task, mat![[0.2, 0.1, 0.3]].as_ref()));
+/// assert!((second?.mean[0] / first?.mean[0] - 2.0).abs() < 1e-3);
+/// # Ok::<(), mtgp::MtgpError>(())
 /// ```
 /// # Source
-/// Eqs. (16) and (17).
+/// Eq. (17).
 #[derive(Debug, Clone)]
-pub struct CompleteBlock<C> {
-    covariance: C,
+pub struct CompleteBlock {
+    /// (ν, d).
     x: Mat<f64>,
-    k_task: Mat<f64>,
-    noise_std: Vec<f64>,
-    of_tasks: SymmetricEigen,
-    of_inputs: SymmetricEigen,
-    /// Ỹ, (ν, m).
-    projected: Mat<f64>,
+    /// T, (ν, m).
+    targets: Mat<f64>,
+    /// The samples as rows (x, task), (mν, d + 1).
+    rows: Mat<f64>,
 }
 
-/// Gradient of the log marginal likelihood of a [`CompleteBlock`].
-#[derive(Debug, Clone)]
-pub struct BlockGradient {
-    /// ∂/∂θ^x, in the order of the covariance's layout.
-    pub theta: Vec<f64>,
-    /// The symmetric Q^ρ of ∂ log p = tr(Q^ρ ∂K^ρ), (m, m).
-    pub k_task: Mat<f64>,
-    /// ∂/∂σ_γ, (m,); their sum is the derivative by a noise level that all tasks share.
-    pub noise_std: Vec<f64>,
-}
-
-impl BlockGradient {
-    /// Gradient with respect to every entry of a factor Λ of K^ρ = ΛΛᵀ.
-    ///
-    /// ```text
-    /// ∂ log p/∂Λ = 2 Q^ρ Λ
-    /// ```
-    /// # Shapes
-    /// `lambda` (m, r), as the result; entries that are fixed at zero have a derivative too.
-    /// # Panics
-    /// If `lambda` does not have m rows.
-    pub fn of_factor(&self, lambda: MatRef<'_, f64>) -> Mat<f64> {
-        2.0 * product(self.k_task.as_ref(), lambda)
-    }
-}
-
-impl<C: Covariance> CompleteBlock<C> {
-    /// Conditions on the torques of every context at the same inputs.
+impl CompleteBlock {
+    /// Keeps the torques of every context at the same inputs.
     ///
     /// # Shapes
-    /// `k_task` K^ρ (m, m), read from its lower triangle, of any rank; `noise_std` σ (m,), the same
-    /// number m times for noise that is shared; `x` (ν, d); `targets` T (ν, m).
+    /// `x` (ν, d); `targets` T (ν, m).
     /// # Errors
-    /// [`GpError`] for data that is not finite, no data, or a σ that is not positive;
-    /// [`MtgpError::NoSpectrum`] for a covariance that is not finite.
+    /// [`GpError`] for data that is missing or not finite.
     /// # Panics
-    /// If shapes do not agree, or `x` does not have the columns that the covariance needs.
-    pub fn new(
-        covariance: C,
-        k_task: MatRef<'_, f64>,
-        noise_std: &[f64],
-        x: MatRef<'_, f64>,
-        targets: MatRef<'_, f64>,
-    ) -> Result<Self, MtgpError> {
-        let m = noise_std.len();
-        assert_eq!((k_task.nrows(), k_task.ncols()), (m, m));
+    /// If there is not one row of targets per input.
+    pub fn new(x: MatRef<'_, f64>, targets: MatRef<'_, f64>) -> Result<Self, MtgpError> {
         require_block(x, targets)?;
-        assert_eq!(targets.ncols(), m);
-        require_noise(noise_std)?;
-
-        let whitened = Mat::from_fn(m, m, |row, col| {
-            k_task[(row.max(col), row.min(col))] / (noise_std[row] * noise_std[col])
-        });
-        let of_tasks = positive_part(symmetric_eigen(whitened.as_ref())?);
-        let of_inputs = positive_part(symmetric_eigen(covariance.gram(x).as_ref())?);
-
-        let scaled = Mat::from_fn(x.nrows(), m, |j, task| targets[(j, task)] / noise_std[task]);
-        let rotated = product(scaled.as_ref(), of_tasks.vectors.as_ref()); // (ν, m)
-        let projected = product(of_inputs.vectors.transpose(), rotated.as_ref()); // (ν, m)
         Ok(Self {
-            covariance,
             x: x.to_owned(),
-            k_task: Mat::from_fn(m, m, |row, col| k_task[(row.max(col), row.min(col))]),
-            noise_std: noise_std.to_vec(),
-            of_tasks,
-            of_inputs,
-            projected,
+            targets: targets.to_owned(),
+            rows: with_every_task(x, targets.ncols()),
         })
     }
 
     /// Number of tasks m.
     pub fn n_tasks(&self) -> usize {
-        self.noise_std.len()
+        self.targets.ncols()
     }
 
-    /// The log marginal likelihood, natural log, summed over all mν observations.
+    /// Number of inputs ν.
+    pub fn n_inputs(&self) -> usize {
+        self.x.nrows()
+    }
+
+    /// The process with the prior of eq. (16) and noise that all tasks share, conditioned on the block.
     ///
-    /// ```text
-    /// log p(vec T) = −½ vec(T)ᵀΣ⁻¹vec(T) − ½ log|Σ| − ½ mν log 2π
-    /// ```
     /// # Errors
-    /// [`GpError::NonFiniteLikelihood`] if it overflows.
-    /// # Source
-    /// Eq. (8) with the covariance of eq. (17).
-    pub fn log_marginal_likelihood(&self) -> Result<f64, MtgpError> {
-        let (n_inputs, m) = (self.x.nrows(), self.n_tasks());
-        let mut twice = 0.0;
-        for task in 0..m {
-            for (j, y) in self.projected.col_as_slice(task).iter().enumerate() {
-                twice += y * y * self.weight(j, task) + self.scale(j, task).ln();
-            }
-        }
-        let log_det_noise: f64 = self.noise_std.iter().map(|std| 2.0 * std.ln()).sum();
-        let n = (n_inputs * m) as f64;
-        let value = -0.5 * (twice + n_inputs as f64 * log_det_noise + n * (2.0 * PI).ln());
-        if value.is_finite() {
-            return Ok(value);
-        }
-        let n_samples = n_inputs * m;
-        Err(GpError::NonFiniteLikelihood { n_samples }.into())
-    }
-
-    /// Its gradient with respect to θ^x, K^ρ and every σ_γ.
-    pub fn gradient(&self) -> BlockGradient {
-        let weighted = self.weighted(); // Z, (ν, m)
-        let mut theta = vec![0.0; self.covariance.n_params()];
-        let of_k_x = self.adjoint_of_inputs(&weighted);
-        self.covariance
-            .gram_adjoint(self.x.as_ref(), of_k_x.as_ref(), &mut theta);
-        BlockGradient {
-            theta,
-            k_task: self.adjoint_of_tasks(&weighted),
-            noise_std: self.gradient_of_noise(&weighted),
-        }
-    }
-
-    /// Posterior mean and latent variance of one context's torque at the rows of `x_test`.
-    ///
-    /// ```text
-    /// mean = ((K^ρ)_·γ ⊗ k*)ᵀ Σ⁻¹ vec T = k*ᵀ A (K^ρ)_·γ
-    /// var  = (K^ρ)_γγ c(x*, x*) − Σ_j (Vᵀk*)_j² Σ_c W_jc b_c²,      b = UᵀD^{−½}(K^ρ)_·γ
-    /// ```
-    /// Add σ_γ² to the variance for that of a new observation.
-    /// # Errors
-    /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
+    /// As for [`CompleteBlock::condition`].
     /// # Panics
-    /// If there is no such task.
-    /// # Source
-    /// Eq. (17); its variance by eq. (4).
-    pub fn predict(&self, task: usize, x_test: MatRef<'_, f64>) -> Result<Prediction, MtgpError> {
-        let m = self.n_tasks();
-        let whitened = Mat::from_fn(m, 1, |row, _| {
-            self.k_task[(row, task)] / self.noise_std[row]
-        });
-        let b = product(self.of_tasks.vectors.transpose(), whitened.as_ref()); // (m, 1)
-        let along = product(self.weighted().as_ref(), b.as_ref()); // (ν, 1)
-        let mean_weights = product(self.of_inputs.vectors.as_ref(), along.as_ref()); // (ν, 1)
-        let gain = |j| {
-            (0..m)
-                .map(|c| self.weight(j, c) * b[(c, 0)] * b[(c, 0)])
-                .sum()
-        };
-        let gains: Vec<f64> = (0..self.x.nrows()).map(gain).collect();
-
-        let posterior = TaskPosterior {
-            covariance: &self.covariance,
-            x: self.x.as_ref(),
-            mean_weights: mean_weights.col_as_slice(0).to_vec(),
-            prior_scale: self.k_task[(task, task)],
-        };
-        let explained = |k_xs: &mut Mat<f64>| {
-            let rotated = product(self.of_inputs.vectors.transpose(), k_xs.as_ref());
-            let part = |col| weighted_square(rotated.col_as_slice(col), &gains);
-            (0..rotated.ncols()).map(part).collect()
-        };
-        posterior.predict(x_test, explained)
+    /// As for [`CompleteBlock::condition`].
+    pub fn posterior<T: TaskMatrix>(
+        &self,
+        prior: &MultiTaskCovariance<T>,
+        noise_std: f64,
+    ) -> Result<BlockPosterior<'_, TorqueCovariance>, MtgpError> {
+        let noise_std = vec![noise_std; self.n_tasks()];
+        let k_task = prior.task().k_task();
+        self.condition(prior.input().clone(), k_task.as_ref(), &noise_std)
     }
 
-    /// 1/W_jc = 1 + s_j λ_c.
-    fn scale(&self, j: usize, c: usize) -> f64 {
-        1.0 + self.of_inputs.values[j] * self.of_tasks.values[c]
+    /// The process with any c^x and K^ρ and a noise for every task, conditioned on the block.
+    ///
+    /// # Shapes
+    /// `k_task` K^ρ (m, m), read from its lower triangle, of any rank; `noise_std` σ (m,), the same
+    /// number m times for noise that is shared.
+    /// # Errors
+    /// [`GpError::BadNoise`] for a σ that is not positive; [`MtgpError::NoSpectrum`] for a covariance that
+    /// is not finite.
+    /// # Panics
+    /// If shapes do not agree, or the block's inputs do not have the columns that the covariance needs.
+    pub fn condition<C: Covariance>(
+        &self,
+        covariance: C,
+        k_task: MatRef<'_, f64>,
+        noise_std: &[f64],
+    ) -> Result<BlockPosterior<'_, C>, MtgpError> {
+        let (x, targets) = (self.x.as_ref(), self.targets.as_ref());
+        BlockPosterior::new(covariance, k_task, noise_std, x, targets)
     }
+}
 
-    /// W_jc.
-    fn weight(&self, j: usize, c: usize) -> f64 {
-        self.scale(j, c).recip()
-    }
+/// Nothing is left out, so the evaluation is one of the dense path, of rank mν.
+impl<T: TaskMatrix> Likelihood<MultiTaskCovariance<T>> for CompleteBlock {
+    /// # Errors
+    /// [`GpError::BadNoise`]; [`GpError::NonFiniteLikelihood`] where the value or its gradient overflows.
+    /// # Panics
+    /// If the prior is for another number of tasks, or `gradient` does not have one entry per
+    /// hyperparameter and one for σ.
+    fn evaluate(
+        &mut self,
+        covariance: &MultiTaskCovariance<T>,
+        noise_std: f64,
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, GpError> {
+        let n_samples = self.rows.nrows();
+        let overflow = || GpError::NonFiniteLikelihood { n_samples };
+        let of_search = |error| match error {
+            MtgpError::Gp(error) => error,
+            _ => overflow(),
+        };
+        let process = (self.posterior(covariance, noise_std)).map_err(of_search)?;
+        let log_marginal_likelihood = process.log_marginal_likelihood().map_err(of_search)?;
 
-    /// Z = W ∘ Ỹ, (ν, m).
-    fn weighted(&self) -> Mat<f64> {
-        let projected = self.projected.as_ref();
-        Mat::from_fn(projected.nrows(), projected.ncols(), |j, c| {
-            projected[(j, c)] * self.weight(j, c)
+        let slopes = process.gradient();
+        assert_eq!(gradient.len(), covariance.n_params() + 1);
+        let (of_input, rest) = gradient.split_at_mut(slopes.theta.len());
+        let (of_noise, of_task) = rest.split_last_mut().expect("σ is the last");
+        of_input.copy_from_slice(&slopes.theta);
+        of_task.fill(0.0);
+        (covariance.task()).add_adjoint(slopes.k_task.as_ref(), of_task);
+        *of_noise = slopes.noise_std.iter().sum();
+        if !gradient.iter().sum::<f64>().is_finite() {
+            return Err(overflow());
+        }
+        Ok(Evaluation {
+            log_marginal_likelihood,
+            error_bound: process.rounding(),
+            method: MethodUsed::Dense,
+            rank: n_samples,
         })
     }
 
-    /// Q^x, (ν, ν).
-    fn adjoint_of_inputs(&self, weighted: &Mat<f64>) -> Mat<f64> {
-        let values = &self.of_tasks.values;
-        let traces = (0..weighted.nrows())
-            .map(|j| {
-                (0..values.len())
-                    .map(|c| self.weight(j, c) * values[c])
-                    .sum()
-            })
-            .collect();
-        half_difference(
-            weighted.as_ref(),
-            values,
-            traces,
-            self.of_inputs.vectors.as_ref(),
-        )
-    }
-
-    /// Q^ρ, (m, m).
-    fn adjoint_of_tasks(&self, weighted: &Mat<f64>) -> Mat<f64> {
-        let values = &self.of_inputs.values;
-        let traces = (0..weighted.ncols())
-            .map(|c| {
-                (0..values.len())
-                    .map(|j| self.weight(j, c) * values[j])
-                    .sum()
-            })
-            .collect();
-        let whitened = self.whitened_vectors();
-        half_difference(weighted.transpose(), values, traces, whitened.as_ref())
-    }
-
-    /// σ_γ (Σ_j A_jγ² − d_γ⁻¹ Σ_jc U_γc² W_jc), (m,).
-    fn gradient_of_noise(&self, weighted: &Mat<f64>) -> Vec<f64> {
-        let whitened = self.whitened_vectors();
-        // V is orthogonal, so the columns of A have the norms of those of Z UᵀD^{−½}.
-        let rotated = product(weighted.as_ref(), whitened.transpose()); // (ν, m)
-        let trace = |c| (0..self.x.nrows()).map(|j| self.weight(j, c)).sum();
-        let traces: Vec<f64> = (0..self.n_tasks()).map(trace).collect();
-        (self.noise_std.iter().enumerate())
-            .map(|(task, std)| {
-                let column = rotated.col_as_slice(task);
-                let inverse: f64 = (traces.iter().enumerate())
-                    .map(|(c, trace)| whitened[(task, c)] * whitened[(task, c)] * trace)
-                    .sum();
-                std * (dot(column, column) - inverse)
-            })
-            .collect()
-    }
-
-    /// D^{−½}U, (m, m).
-    fn whitened_vectors(&self) -> Mat<f64> {
-        let u = &self.of_tasks.vectors;
-        Mat::from_fn(u.nrows(), u.ncols(), |task, c| {
-            u[(task, c)] / self.noise_std[task]
-        })
+    fn parts(&self) -> Vec<MatRef<'_, f64>> {
+        vec![self.rows.as_ref()]
     }
 }
 
@@ -311,34 +183,4 @@ pub(crate) fn require_block(x: MatRef<'_, f64>, targets: MatRef<'_, f64>) -> Res
         }
     }
     Ok(())
-}
-
-/// Eigenvalues that rounding took below zero, set to zero: both matrices are positive semi-definite.
-fn positive_part(mut eigen: SymmetricEigen) -> SymmetricEigen {
-    for value in &mut eigen.values {
-        *value = value.max(0.0);
-    }
-    eigen
-}
-
-/// ½ B (Z diag(values) Zᵀ − diag(traces)) Bᵀ
-fn half_difference(
-    z: MatRef<'_, f64>,
-    values: &[f64],
-    traces: Vec<f64>,
-    basis: MatRef<'_, f64>,
-) -> Mat<f64> {
-    let scaled = Mat::from_fn(z.nrows(), z.ncols(), |row, col| z[(row, col)] * values[col]);
-    let mut inner = product(scaled.as_ref(), z.transpose());
-    for (idx, trace) in traces.into_iter().enumerate() {
-        inner[(idx, idx)] -= trace;
-    }
-    let left = product(basis, inner.as_ref());
-    0.5 * product(left.as_ref(), basis.transpose())
-}
-
-/// Σ_j gains_j v_j²
-fn weighted_square(values: &[f64], gains: &[f64]) -> f64 {
-    let terms = values.iter().zip(gains);
-    terms.map(|(value, gain)| gain * value * value).sum()
 }

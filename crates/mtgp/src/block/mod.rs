@@ -2,7 +2,9 @@
 
 mod complete_block;
 mod noise_free;
+mod posterior;
 mod prediction;
 
-pub use complete_block::{BlockGradient, CompleteBlock};
+pub use complete_block::CompleteBlock;
 pub use noise_free::NoiseFreeBlock;
+pub use posterior::{BlockGradient, BlockPosterior};
