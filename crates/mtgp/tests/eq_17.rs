@@ -5,14 +5,14 @@ use gp_core::{
     Factor, FitOptions, Likelihood, LikelihoodOptions, LogMarginal, Posterior, SearchEnd,
     StartKind, information, log_marginal_likelihood_with_gradient, refine, search,
 };
-use kernels::{Constant, Covariance, Jitter, TorqueCovariance, Transform};
+use kernels::{Constant, Covariance, Jitter, TorqueCovariance, TorqueParams, Transform};
 use mtgp::block::{BlockPosterior, CompleteBlock};
 use mtgp::prior::{TaskMatrix, TaskRegression};
 use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::icm_draws::{four_tasks_of_rank_two, torques};
+use crate::icm_draws::torques;
 use crate::textbook::{Case, assert_close, complete_case, entries, random, torque_covariance};
 
 /// What a structured method must agree to, relative to the largest entry.
@@ -250,9 +250,25 @@ fn coordinates(
     (z, inverse, 0.5 * twice_the_gap)
 }
 
+/// Four tasks of rank 3 in which every term shows: as regressions, so that the scale between K^ρ and c^x is
+/// not open.
+fn truth() -> Regressions {
+    let input = TorqueCovariance::new(TorqueParams {
+        bias_std: 2.0,
+        linear_std: vec![1.5, 1.0, 1.2],
+        signal_std: 0.5,
+        length_scales: vec![1.5, 2.0, 1.2],
+        coulomb_std: Some(vec![1.0]),
+    });
+    let entries = [1.0, 0.8, 0.9, -0.6, 0.9, 0.7, 1.1, -0.5, 0.4];
+    let factor = TaskFactor::from_entries(4, 3, &entries).unwrap();
+    let prior = MultiTaskCovariance::new(input.unwrap(), TaskCovariance::Factor(factor));
+    prior.with_regression().unwrap()
+}
+
 #[test]
 fn a_fit_by_a_complete_block_ends_at_the_maximum_of_the_dense_likelihood() {
-    let (truth, n_inputs, n_tasks) = (four_tasks_of_rank_two(1, 1).truth, 40, 4);
+    let (truth, n_inputs, n_tasks) = (truth(), 40, 4);
     let x = 2.0 * random(n_inputs, 3, 9);
     let rows = Mat::from_fn(n_inputs * n_tasks, 4, |row, col| match col {
         3 => (row / n_inputs) as f64,
@@ -261,8 +277,6 @@ fn a_fit_by_a_complete_block_ends_at_the_maximum_of_the_dense_likelihood() {
     let mut rng = ChaCha8Rng::seed_from_u64(10);
     let torques = torques(&truth, 0.05, rows.as_ref(), &mut rng);
     let targets = Mat::from_fn(n_inputs, n_tasks, |j, task| torques[n_inputs * task + j]);
-    // As regressions, so that the scale between K^ρ and c^x is not open.
-    let truth = truth.with_regression().unwrap();
 
     let mut block = CompleteBlock::new(x.as_ref(), targets.as_ref()).unwrap();
     let mut dense = LogMarginal::new(rows.as_ref(), &torques, LikelihoodOptions::dense());

@@ -61,7 +61,7 @@ pub fn drawn(
 
 /// Torques at rows (x, task).
 pub fn torques(
-    truth: &MultiTaskCovariance,
+    truth: &impl Covariance,
     noise_std: f64,
     rows: MatRef<'_, f64>,
     rng: &mut ChaCha8Rng,
