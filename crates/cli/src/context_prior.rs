@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use mtgp::ContextPrior;
+use mtgp::context::ContextPrior;
 
 use crate::error::CliError;
 use crate::row_contexts::number_in;

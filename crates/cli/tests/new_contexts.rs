@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use faer::Mat;
-use mtgp::{ContextPrior, JointTorques, MultiTaskModel, chi_squared_upper_tail, context_evidence};
+use mtgp::MultiTaskModel;
+use mtgp::context::{ContextPrior, JointTorques, chi_squared_upper_tail, context_evidence};
 use serde_json::Value;
 
 use crate::command::{Folder, column};

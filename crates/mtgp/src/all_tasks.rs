@@ -5,13 +5,10 @@ use faer::{Accum, Mat, MatRef, Par};
 use gp_core::Posterior;
 use kernels::Covariance;
 
-use crate::error::MtgpError;
-use crate::latent_functions::require_inputs;
-use crate::layout::split;
+use crate::error::{MtgpError, require_finite_inputs, require_inputs};
 use crate::model::TaskProcess;
-use crate::prior::MultiTaskCovariance;
+use crate::prior::{MultiTaskCovariance, TaskMatrix, split};
 use crate::shared_factor::SharedFit;
-use crate::structured_prediction::require_finite_inputs;
 use crate::task_fit::TaskFit;
 
 /// Test inputs that are worked on together: bounds the memory to (`BLOCK`, p).

@@ -19,9 +19,7 @@ use kernels::TorqueCovariance;
 use crate::climb::{Climb, Start, climb};
 use crate::error::{MtgpError, require_count};
 use crate::ladder::{part_for_step_1, smaller_parts};
-use crate::layout::Stacked;
-use crate::prior::MultiTaskCovariance;
-use crate::task_cov::TaskCovariance;
+use crate::prior::{MultiTaskCovariance, Stacked, TaskCovariance};
 use crate::task_fit::{MultiTaskOptions, Origin, TaskFit};
 
 /// Factor of the length scales of a start whose rank is too high, and how often it is applied.

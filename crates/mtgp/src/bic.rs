@@ -11,7 +11,7 @@
 //! nothing off it, and would take the same off every rank.
 
 use crate::error::{MtgpError, require_count};
-use crate::task_cov::TaskFactor;
+use crate::prior::TaskFactor;
 
 /// What a further hyperparameter has to earn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

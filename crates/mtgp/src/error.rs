@@ -1,5 +1,8 @@
 //! What can go wrong with data of several tasks, with the numbers of the case.
 
+use faer::MatRef;
+use gp_core::GpError;
+
 /// Why a multi-task model cannot be built from what was given.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -81,14 +84,6 @@ pub enum MtgpError {
         /// Number of tasks m.
         n_tasks: usize,
     },
-    /// A prior of K^ρ that is no distribution.
-    #[error("{degrees_of_freedom} degrees of freedom of an inverse Wishart prior of {n_tasks} tasks, which must be finite and above {}", .n_tasks - 1)]
-    ImproperTaskPrior {
-        /// ν₀ given.
-        degrees_of_freedom: f64,
-        /// Number of tasks m.
-        n_tasks: usize,
-    },
     /// A matrix has no eigen- or singular value decomposition, which an entry that is not finite causes.
     #[error("matrix of {rows} rows and {columns} columns has no spectral decomposition")]
     NoSpectrum {
@@ -121,7 +116,7 @@ pub enum MtgpError {
     Kernel(#[from] kernels::KernelError),
     /// A likelihood, posterior or fit without an answer.
     #[error(transparent)]
-    Gp(#[from] gp_core::GpError),
+    Gp(#[from] GpError),
 }
 
 impl From<linalg::LinalgError> for MtgpError {
@@ -149,24 +144,24 @@ pub(crate) fn require_count(
     })
 }
 
-#[cfg(test)]
-mod tests {
-    use faer::mat;
-    use linalg::{Factor, symmetric_eigen};
-
-    use super::*;
-
-    #[test]
-    fn failures_of_matrices_are_those_of_the_processes() {
-        let spoilt = mat![[1.0, 0.0], [f64::NAN, 1.0]];
-        let error = MtgpError::from(symmetric_eigen(spoilt.as_ref()).unwrap_err());
-        let (rows, columns) = (2, 2);
-        assert_eq!(error, MtgpError::NoSpectrum { rows, columns });
-
-        let indefinite = mat![[1.0, 0.0], [2.0, 1.0]];
-        let error = MtgpError::from(Factor::new(indefinite).unwrap_err());
-        let (pivot, order) = (1, 2);
-        let expected = gp_core::GpError::NotPositiveDefinite { pivot, order };
-        assert_eq!(error, MtgpError::Gp(expected));
+/// Fails unless inputs have the model's columns and are finite.
+pub(crate) fn require_inputs(x: MatRef<'_, f64>, expected: usize) -> Result<(), MtgpError> {
+    let found = x.ncols();
+    if found != expected {
+        return Err(GpError::WrongCovariates { found, expected }.into());
     }
+    Ok(require_finite_inputs(x)?)
+}
+
+/// Fails on the first input that is NaN or infinite.
+pub(crate) fn require_finite_inputs(x: MatRef<'_, f64>) -> Result<(), GpError> {
+    for row in 0..x.nrows() {
+        for column in 0..x.ncols() {
+            let value = x[(row, column)];
+            if !value.is_finite() {
+                return Err(GpError::NonFiniteInput { row, column, value });
+            }
+        }
+    }
+    Ok(())
 }

@@ -9,7 +9,7 @@ use gp_core::Starts;
 
 use crate::baselines::require_targets;
 use crate::error::MtgpError;
-use crate::layout::Stacked;
+use crate::prior::Stacked;
 use crate::staged::{StageOne, fit_rank_from};
 use crate::task_fit::{MANY_SAMPLES, MultiTaskOptions, TaskFit};
 

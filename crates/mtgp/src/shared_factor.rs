@@ -14,10 +14,8 @@ use gp_core::{GpError, LogMarginal, Posterior, add_prior_information, informatio
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
 
 use crate::error::{MtgpError, require_count};
-use crate::layout::Stacked;
-use crate::prior::MultiTaskCovariance;
+use crate::prior::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor, TaskMatrix};
 use crate::rank_part::rank_part;
-use crate::task_cov::{TaskCovariance, TaskFactor};
 use crate::task_fit::{MultiTaskOptions, TaskFit};
 
 /// Evaluations of the sum after which the metric of the search is renewed, and the nats that a round must gain.

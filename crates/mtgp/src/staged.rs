@@ -15,10 +15,8 @@ use crate::baselines::{fit_independent, fit_pooled, pooled_moments};
 use crate::climb::{Start, climb};
 use crate::error::MtgpError;
 use crate::ladder::part_for_step_1;
-use crate::layout::Stacked;
-use crate::prior::MultiTaskCovariance;
+use crate::prior::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor};
 use crate::rank_part::rank_part;
-use crate::task_cov::{TaskCovariance, TaskFactor};
 use crate::task_fit::{MultiTaskOptions, Origin, TaskFit};
 use crate::task_start::{augmented_k_task, augmented_targets};
 

@@ -8,10 +8,8 @@ use kernels::TorqueForm;
 
 use crate::climb::Climb;
 use crate::error::MtgpError;
-use crate::layout::Stacked;
-use crate::prior::MultiTaskCovariance;
+use crate::prior::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor, TaskMatrix};
 use crate::rank_part::RankPart;
-use crate::task_cov::{TaskCovariance, TaskFactor};
 
 /// How long and how hard to search, and how far to follow the chapter.
 #[derive(Debug, Clone, PartialEq)]

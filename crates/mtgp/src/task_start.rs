@@ -8,7 +8,7 @@ use gp_core::{LikelihoodOptions, Posterior};
 use kernels::TorqueCovariance;
 
 use crate::error::MtgpError;
-use crate::layout::Stacked;
+use crate::prior::Stacked;
 use crate::task_fit::TaskFit;
 
 /// The torques of all tasks at all distinct inputs.

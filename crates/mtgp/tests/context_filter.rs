@@ -3,10 +3,11 @@
 use allocation_counter::measure;
 use faer::{Mat, mat};
 use gp_core::{LikelihoodOptions, Method, Posterior};
-use mtgp::{
-    ContextFilter, ContextPrior, ContextTracker, ContextTransition, JointTorques, MtgpError,
-    MultiTaskCovariance, Outliers, context_evidence,
+use mtgp::context::{
+    ContextFilter, ContextPrior, ContextTracker, ContextTransition, JointTorques, Outliers,
+    context_evidence,
 };
+use mtgp::{MtgpError, MultiTaskCovariance};
 
 use crate::eq_21::{assert_close, dense};
 use crate::icm_draws::four_tasks_of_rank_two;
@@ -99,7 +100,7 @@ fn a_window_over_all_samples_without_switching_is_the_batch() {
             *sum += value;
         }
     }
-    let expected = mtgp::ContextPosterior::new(&sums, &prior).unwrap();
+    let expected = mtgp::context::ContextPosterior::new(&sums, &prior).unwrap();
     for (a, b) in last.iter().zip(expected.log_probabilities()) {
         assert_close("log posterior", *a, *b);
     }

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 use kernels::{TorqueCovariance, TorqueParams};
-use mtgp::{CompleteBlock, NoiseFreeBlock};
+use mtgp::block::{CompleteBlock, NoiseFreeBlock};
 
 use crate::textbook::{Case, assert_close, random};
 
@@ -125,8 +125,8 @@ fn noise_brings_transfer_back() {
 
         let (x, targets) = (random(N_INPUTS, 3, 12), random(N_INPUTS, N_TASKS, 13));
         let (k, noise) = (k_task(), [noise_std; N_TASKS]);
-        let block =
-            CompleteBlock::new(rough(), k.as_ref(), &noise, x.as_ref(), targets.as_ref()).unwrap();
+        let block = CompleteBlock::new(x.as_ref(), targets.as_ref()).unwrap();
+        let block = block.condition(rough(), k.as_ref(), &noise).unwrap();
         let found = block.predict(0, x_test.as_ref()).unwrap().mean;
         assert_close(
             "mean",

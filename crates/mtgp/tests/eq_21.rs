@@ -3,10 +3,8 @@
 use faer::{Mat, MatRef};
 use gp_core::{GpError, LikelihoodOptions, Method, Posterior, log_marginal_likelihood};
 use kernels::Covariance;
-use mtgp::{
-    ContextModel, ContextPosterior, ContextPrior, JointTorques, MtgpError, MultiTaskCovariance,
-    TaskCovariance, context_evidence, with_task,
-};
+use mtgp::context::{ContextModel, ContextPosterior, ContextPrior, JointTorques, context_evidence};
+use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, with_task};
 
 use crate::icm_draws::{Draw, four_tasks_of_rank_two};
 

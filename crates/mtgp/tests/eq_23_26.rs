@@ -3,7 +3,8 @@
 use faer::{Mat, mat};
 use gp_core::GpError;
 use kernels::{Constant, Covariance, TorqueCovariance, TorqueParams};
-use mtgp::{MtgpError, NoiseFreeBlock};
+use mtgp::MtgpError;
+use mtgp::block::NoiseFreeBlock;
 
 use crate::textbook::{assert_close, cholesky, complete_case, entries, random};
 

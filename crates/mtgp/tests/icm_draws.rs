@@ -1,6 +1,6 @@
 //! Torques drawn from eq. (16) with hyperparameters that are known.
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use gp_core::Factor;
 use kernels::{Covariance, TorqueCovariance, TorqueParams};
 use mtgp::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor};
@@ -55,16 +55,27 @@ pub fn drawn(
     let tasks: Vec<usize> = (0..n).map(|row| row % truth.n_tasks()).collect();
     let data = Stacked::new(x.as_ref(), &tasks, truth.n_tasks()).unwrap();
 
-    let mut k = truth.gram(data.inputs());
+    let targets = torques(truth, noise_std, data.inputs(), &mut rng);
+    (data, targets)
+}
+
+/// Torques at rows (x, task).
+pub fn torques(
+    truth: &impl Covariance,
+    noise_std: f64,
+    rows: MatRef<'_, f64>,
+    rng: &mut ChaCha8Rng,
+) -> Vec<f64> {
+    let n = rows.nrows();
+    let mut k = truth.gram(rows);
     for idx in 0..n {
         k[(idx, idx)] += noise_std * noise_std;
     }
     let factor = Factor::new(k).unwrap();
-    let z: Vec<f64> = (0..n).map(|_| normal(&mut rng)).collect();
-    let targets = (0..n)
+    let z: Vec<f64> = (0..n).map(|_| normal(rng)).collect();
+    (0..n)
         .map(|row| (0..=row).map(|col| factor.l()[(row, col)] * z[col]).sum())
-        .collect();
-    (data, targets)
+        .collect()
 }
 
 /// A standard normal number by the method of Box and Muller.

@@ -3,6 +3,7 @@
 use faer::Mat;
 use gp_core::{Posterior, log_marginal_likelihood, log_marginal_likelihood_with_gradient};
 use kernels::{Covariance, TorqueCovariance};
+use mtgp::prior::TaskMatrix;
 use mtgp::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor, with_task};
 
 use crate::fixture::{Case, D, M, case};

@@ -3,7 +3,8 @@
 use faer::Mat;
 use kernels::laws::{self, Subject};
 use kernels::{Covariance, TorqueCovariance, TorqueForm, TorqueParams};
-use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor, TaskRegression, with_task};
+use mtgp::prior::{TaskMatrix, TaskRegression};
+use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -68,47 +69,63 @@ fn factor(rng: &mut ChaCha8Rng, rank: usize) -> TaskCovariance {
     TaskCovariance::Factor(TaskFactor::from_entries(M, rank, &entries).unwrap())
 }
 
-fn regression(rng: &mut ChaCha8Rng, rank: usize) -> TaskCovariance {
+fn regression(rng: &mut ChaCha8Rng, rank: usize) -> TaskRegression {
     let k_task = factor(rng, rank).k_task();
-    TaskCovariance::Regression(TaskRegression::of(k_task.as_ref(), rank).unwrap().0)
+    TaskRegression::of(k_task.as_ref(), rank).unwrap().0
 }
 
-fn all(rng: &mut ChaCha8Rng) -> Vec<(&'static str, MultiTaskCovariance)> {
-    let tasks = vec![
+/// A prior whatever its K^ρ is made of.
+trait Prior: Covariance {
+    fn between_inputs(&self) -> &TorqueCovariance;
+    fn between_tasks(&self) -> Mat<f64>;
+}
+
+impl<T: TaskMatrix> Prior for MultiTaskCovariance<T> {
+    fn between_inputs(&self) -> &TorqueCovariance {
+        self.input()
+    }
+
+    fn between_tasks(&self) -> Mat<f64> {
+        self.task().k_task()
+    }
+}
+
+fn all(rng: &mut ChaCha8Rng) -> Vec<(&'static str, Box<dyn Prior>)> {
+    let tasks = [
         ("identity", TaskCovariance::Identity { n_tasks: M }),
         ("ones", TaskCovariance::Ones { n_tasks: M }),
         ("rank 1", factor(rng, 1)),
         ("rank 3", factor(rng, 3)),
         ("full rank", factor(rng, M)),
+    ];
+    let regressions = [
         ("regressions", regression(rng, 3)),
         ("regressions on one", regression(rng, 1)),
     ];
-    tasks
-        .into_iter()
-        .zip([
-            TorqueForm::Coulomb,
-            TorqueForm::Coulomb,
-            TorqueForm::Smooth,
-            TorqueForm::Coulomb,
-            TorqueForm::Coulomb,
-            TorqueForm::Smooth,
-            TorqueForm::Coulomb,
-        ])
-        .map(|((name, task), form)| (name, MultiTaskCovariance::new(input(rng, form), task)))
-        .collect()
+    let (coulomb, smooth) = (TorqueForm::Coulomb, TorqueForm::Smooth);
+    let mut all: Vec<(&'static str, Box<dyn Prior>)> = Vec::new();
+    for ((name, task), form) in
+        (tasks.into_iter()).zip([coulomb, coulomb, smooth, coulomb, coulomb])
+    {
+        let prior = MultiTaskCovariance::new(input(rng, form), task);
+        all.push((name, Box::new(prior)));
+    }
+    for ((name, task), form) in regressions.into_iter().zip([smooth, coulomb]) {
+        let prior = MultiTaskCovariance::new(input(rng, form), task);
+        all.push((name, Box::new(prior)));
+    }
+    all
 }
 
 /// Runs a law on every kind at every size, sorted and mixed: its name, the prior, the rows and other rows.
-fn for_all_kinds(
-    law: impl Fn(&str, &mut MultiTaskCovariance, &Mat<f64>, &Mat<f64>, &mut ChaCha8Rng),
-) {
+fn for_all_kinds(law: impl Fn(&str, &mut dyn Prior, &Mat<f64>, &Mat<f64>, &mut ChaCha8Rng)) {
     for n in SIZES {
         for order in ORDERS {
             let mut rng = ChaCha8Rng::seed_from_u64(5 + n as u64);
             for (name, mut cov) in all(&mut rng) {
                 let (x, other) = (rows(&mut rng, n, order), rows(&mut rng, 140, "mixed"));
                 let name = format!("{name}, {order}, n={n}");
-                law(&name, &mut cov, &x, &other, &mut rng);
+                law(&name, cov.as_mut(), &x, &other, &mut rng);
             }
         }
     }
@@ -132,18 +149,18 @@ fn for_all(law: impl Fn(&mut Subject<'_>)) {
 /// As for the covariances of inputs: 4 operations per covariate on terms no larger than the
 /// prior variances, times the squared scaled distance of at most 6 (5/0.3)² for the exponential;
 /// K^ρ enters as a factor.
-fn entry_tolerance(cov: &MultiTaskCovariance, x: &Mat<f64>) -> f64 {
+fn entry_tolerance(cov: &dyn Prior, x: &Mat<f64>) -> f64 {
     let scale = cov.diag(x.as_ref()).into_iter().fold(1.0, f64::max);
     (D as f64 + 2.0) * 1700.0 * f64::EPSILON * scale
 }
 
 /// Eq. (16) entry by entry.
-fn entry(cov: &MultiTaskCovariance, a: (usize, &Mat<f64>), b: (usize, &Mat<f64>)) -> f64 {
+fn entry(cov: &dyn Prior, a: (usize, &Mat<f64>), b: (usize, &Mat<f64>)) -> f64 {
     let one = |(row, x): (usize, &Mat<f64>)| x.subrows(row, 1).subcols(0, D).to_owned();
     let task =
         |(row, x): (usize, &Mat<f64>)| (0..M).find(|task| *task as f64 == x[(row, D)]).unwrap();
-    let between = cov.input().cross(one(a).as_ref(), one(b).as_ref());
-    cov.task().k_task()[(task(a), task(b))] * between[(0, 0)]
+    let between = cov.between_inputs().cross(one(a).as_ref(), one(b).as_ref());
+    cov.between_tasks()[(task(a), task(b))] * between[(0, 0)]
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Samples of several contexts as rows (x, task), and the factor of the task matrix.
 
 use faer::{Mat, mat};
+use mtgp::prior::TaskMatrix;
 use mtgp::{Stacked, TaskCovariance, TaskFactor, with_task};
 use proptest::prelude::*;
 

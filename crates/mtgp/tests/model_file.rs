@@ -2,6 +2,7 @@
 
 use gp_core::{ModelFileKind, TorqueModel};
 use mtgp::MultiTaskModel;
+use mtgp::prior::TaskMatrix;
 
 use crate::damaged_file::{every_truncation_is_named, flipped_bytes_are_refused};
 use crate::multi_task_models::{CONTEXTS, inputs, model};

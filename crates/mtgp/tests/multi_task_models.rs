@@ -3,9 +3,11 @@
 use faer::Mat;
 use gp_core::{FitSummary, LikelihoodOptions, Method, Posterior, Provenance, TrainingRanges};
 use kernels::{TorqueCovariance, TorqueParams};
+use mtgp::latent::LatentFunctions;
+use mtgp::prior::TaskRow;
 use mtgp::{
-    LatentFunctions, ModelParts, MultiTaskCovariance, MultiTaskModel, RankSelection, Stacked,
-    TaskCovariance, TaskFactor, TaskProcess, TaskRow, with_task,
+    ModelParts, MultiTaskCovariance, MultiTaskModel, RankSelection, Stacked, TaskCovariance,
+    TaskFactor, TaskProcess, with_task,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -3,11 +3,14 @@
 use faer::Mat;
 use gp_core::optimize::MinimizeOptions;
 use gp_core::{GpError, LikelihoodOptions, Method, Posterior, log_marginal_likelihood};
-use mtgp::{
-    AdaptedPosterior, Border, ContextModel, LatentFunctions, MtgpError, MultiTaskCovariance,
-    NewTorques, TaskCovariance, TaskFactor, TaskRow, fit_row, log_density_of_row,
-    log_density_of_row_with_gradient, with_task,
+use mtgp::context::ContextModel;
+use mtgp::latent::LatentFunctions;
+use mtgp::novel::{
+    AdaptedPosterior, Border, NewTorques, fit_row, log_density_of_row,
+    log_density_of_row_with_gradient,
 };
+use mtgp::prior::TaskRow;
+use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
 
 use crate::eq_21::{assert_close, dense};
 use crate::icm_draws::{Draw, drawn, four_tasks_of_rank_two};

@@ -2,12 +2,16 @@
 
 use faer::{Mat, MatRef};
 use gp_core::optimize::MinimizeOptions;
-use mtgp::{
-    Border, ContextModel, ContextPrior, ContextTracker, ContextTransition, JointTorques,
-    LatentFunctions, MtgpError, NewTorques, PredictiveDensity, RowPopulation, TaskRow,
-    WithTorqueNoise, context_evidence, fit_row, fit_row_from_population, log_density_of_row,
-    with_task,
+use mtgp::context::{
+    ContextModel, ContextPrior, ContextTracker, ContextTransition, JointTorques, WithTorqueNoise,
+    context_evidence,
 };
+use mtgp::latent::{LatentFunctions, PredictiveDensity};
+use mtgp::novel::{
+    Border, NewTorques, RowPopulation, fit_row, fit_row_from_population, log_density_of_row,
+};
+use mtgp::prior::TaskRow;
+use mtgp::{MtgpError, with_task};
 
 use crate::eq_21::{assert_close, dense};
 use crate::icm_draws::four_tasks_of_rank_two;

@@ -3,6 +3,7 @@
 use faer::Mat;
 use gp_core::Starts;
 use kernels::{TorqueCovariance, TorqueForm};
+use mtgp::prior::TaskMatrix;
 use mtgp::{
     JointStart, MtgpError, MultiTaskCovariance, MultiTaskOptions, RankCounts, Stacked, StageOne,
     TaskCovariance, TaskFactor, TaskFit, fit_rank, fit_shared,

@@ -1,11 +1,11 @@
 //! Noise per task: against 50-digit arithmetic, central differences, and the shared noise.
 
-use faer::Mat;
 use gp_core::{LikelihoodOptions, Method, log_marginal_likelihood_with_gradient};
 use kernels::Covariance;
-use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskNoise};
+use mtgp::prior::TaskNoise;
+use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance};
 
-use crate::fixture::{Case, D, M, case, joint_covariance, predictions};
+use crate::fixture::{Case, M, case};
 
 fn model(case: &Case) -> TaskNoise {
     TaskNoise::new(case.covariance.clone(), case.noise_std.clone()).unwrap()
@@ -43,31 +43,6 @@ fn value_and_gradient_are_those_of_fifty_digits() {
                 row.value
             );
         }
-    }
-}
-
-#[test]
-fn posterior_is_that_of_fifty_digits() {
-    let case = case("noises");
-    let data = case.stacked();
-    let targets = data.stack(&case.torques);
-    let (points, means) = predictions("noises");
-    let expected = joint_covariance("noises", points.nrows());
-    let posterior = model(&case)
-        .posterior(&data, &targets, options(Method::Dense))
-        .unwrap();
-    let scale = means.iter().fold(0.0, |l: f64, mean| l.max(mean.abs()));
-    for (idx, mean) in means.iter().enumerate() {
-        let task = (0..M)
-            .find(|task| *task as f64 == points[(idx, D)])
-            .unwrap();
-        let x = points.subrows(idx, 1).subcols(0, D);
-        let found = posterior.predict(x, task).unwrap();
-        let error = (found.mean[0] - mean).abs() / scale;
-        assert!(error <= 1e-10, "{idx}: mean {mean} {error:e}");
-        let (var, expected) = (found.var[0], expected[(idx, idx)]);
-        let error = (var - expected).abs() / case.covariance.diag(points.as_ref())[idx];
-        assert!(error <= 1e-10, "{idx}: var {var} {expected} {error:e}");
     }
 }
 
@@ -172,9 +147,4 @@ fn noises_and_data_that_do_not_fit_are_refused() {
         evidence(&targets),
         MtgpError::NonFinite { row: 7, .. }
     ));
-    let posterior = model(&case)
-        .posterior(&data, &case.torques, options(Method::Dense))
-        .unwrap();
-    let unknown = posterior.predict(Mat::zeros(1, D).as_ref(), M).unwrap_err();
-    assert!(matches!(unknown, MtgpError::UnknownTask { task: 5, .. }));
 }

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use gp_core::optimize::MinimizeOptions;
 use gp_core::{Provenance, TrainingRanges};
-use mtgp::{
-    Border, LatentFunctions, ModelParts, MtgpError, MultiTaskModel, NewTorques, TaskProcess,
-    TaskRow, fit_row_from_population,
-};
+use mtgp::latent::LatentFunctions;
+use mtgp::novel::{Border, NewTorques, fit_row_from_population};
+use mtgp::prior::TaskRow;
+use mtgp::{ModelParts, MtgpError, MultiTaskModel, TaskProcess};
 use sha2::{Digest, Sha256};
 
 use crate::context::{COLUMN, columns_error, listed};

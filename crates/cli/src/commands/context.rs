@@ -6,11 +6,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use faer::Mat;
-use mtgp::{
+use mtgp::context::{
     Calibration, ContextAnswer, ContextEvidence, ContextPosterior, ContextPrior, ContextTracker,
-    ContextTransition, JointTorques, MtgpError, MultiTaskModel, WithTorqueNoise, context_evidence,
-    known_or_unknown,
+    ContextTransition, JointTorques, WithTorqueNoise, context_evidence, known_or_unknown,
 };
+use mtgp::{MtgpError, MultiTaskModel};
 use serde::Serialize;
 
 use self::held_out::Trials;

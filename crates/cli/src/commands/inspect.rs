@@ -5,6 +5,7 @@ mod description;
 use std::path::PathBuf;
 
 use gp_core::{FitSummary, InformedModel, ModelFileKind, TorqueModel, TrainingRanges};
+use mtgp::prior::TaskMatrix;
 use mtgp::{MultiTaskModel, TaskCovariance, TaskProcess};
 use serde::Serialize;
 

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use gp_core::{Evidence, LikelihoodOptions, evidence};
-use mtgp::{MtgpError, Stacked, TaskNoise};
+use mtgp::prior::TaskNoise;
+use mtgp::{MtgpError, Stacked};
 use serde::Serialize;
 
 use crate::context_column::ContextColumn;

@@ -10,7 +10,7 @@ use crate::error::{MtgpError, require_count};
 use crate::model::context_predictor::ContextPredictor;
 use crate::model::record::MultiTaskRecord;
 use crate::model::task_process::TaskProcess;
-use crate::task_row::TaskRow;
+use crate::prior::TaskRow;
 
 /// Samples up to which a step of a tracker is fast enough without pivots.
 const FEW: usize = 512;
@@ -71,7 +71,7 @@ impl MultiTaskModel {
     /// The model with one more context, whose rows of Λ are known.
     ///
     /// The posterior given the old data stays as it is, and so do the predictions of the old
-    /// contexts, to the bit; that of the new one is Mλ with the covariance of [`crate::LatentFunctions`].
+    /// contexts, to the bit; that of the new one is Mλ with the covariance of [`crate::latent::LatentFunctions`].
     /// # Shapes
     /// One row per learned joint, in their order; `ranges` of the new context's data.
     /// # Errors

@@ -5,11 +5,9 @@ use gp_core::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::layout::are_rows_of_tasks;
 use crate::model::multi_task_model::{ModelParts, MultiTaskModel, RankSelection};
 use crate::model::task_process::TaskProcess;
-use crate::prior::MultiTaskCovariance;
-use crate::task_cov::{TaskCovariance, TaskFactor};
+use crate::prior::{MultiTaskCovariance, TaskCovariance, TaskFactor, are_rows_of_tasks};
 
 #[derive(Serialize, Deserialize)]
 pub(crate) struct MultiTaskRecord {
@@ -131,7 +129,6 @@ impl TaskRecord {
             TaskCovariance::Identity { .. } => Self::Identity,
             TaskCovariance::Ones { .. } => Self::Ones,
             TaskCovariance::Factor(factor) => Self::of_factor(factor),
-            TaskCovariance::Regression(regression) => Self::of_factor(&regression.factor()),
         }
     }
 

@@ -4,11 +4,8 @@ use faer::{Mat, MatRef};
 use gp_core::{FitSummary, Posterior, Prediction, ProcessPredictor, Scaling};
 
 use crate::error::MtgpError;
-use crate::layout::split;
-use crate::prior::MultiTaskCovariance;
-use crate::task_cov::TaskCovariance;
+use crate::prior::{MultiTaskCovariance, TaskCovariance, TaskMatrix, TaskRow, split};
 use crate::task_fit::{Origin, TaskFit, TaskFitReport};
-use crate::task_row::TaskRow;
 
 /// A multi-task process over one joint's torque, with the summary of its fit.
 #[derive(Debug, Clone)]

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use faer::{Mat, MatRef};
 use gp_core::optimize::MinimizeOptions;
-use mtgp::{
-    AdaptedPosterior, Border, LatentFunctions, NewTorques, TaskProcess, fit_row_from_population,
-};
+use mtgp::TaskProcess;
+use mtgp::latent::LatentFunctions;
+use mtgp::novel::{AdaptedPosterior, Border, NewTorques, fit_row_from_population};
 use puma_dyn::motion::{
     FeedForward, GravityFeedForward, JointState, ModelFeedForward, NoFeedForward, Tick,
 };

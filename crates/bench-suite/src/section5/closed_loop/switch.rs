@@ -1,6 +1,7 @@
 //! A load changed for another in mid-motion, with feed-forward of whichever load the tracker believes in.
 
-use mtgp::{ContextPrior, ContextTracker, ContextTransition, MtgpError, MultiTaskModel, Outliers};
+use mtgp::context::{ContextPrior, ContextTracker, ContextTransition, Outliers};
+use mtgp::{MtgpError, MultiTaskModel};
 use puma_dyn::motion::{FeedForward, JointState, ReferenceMotion, Tick};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

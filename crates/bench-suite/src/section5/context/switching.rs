@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use faer::Mat;
-use mtgp::{ContextPrior, ContextTracker, ContextTransition, MultiTaskModel};
+use mtgp::MultiTaskModel;
+use mtgp::context::{ContextPrior, ContextTracker, ContextTransition};
 use puma_dyn::Scenario;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

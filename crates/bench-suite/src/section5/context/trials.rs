@@ -1,6 +1,8 @@
 //! Trials: new torques under one load, and what each known load's density says of them.
 
-use mtgp::{LatentFunctions, MtgpError, MultiTaskModel, RowPopulation, TaskProcess};
+use mtgp::latent::LatentFunctions;
+use mtgp::novel::RowPopulation;
+use mtgp::{MtgpError, MultiTaskModel, TaskProcess};
 use serde::{Deserialize, Serialize};
 
 use super::settings::Settings;
@@ -186,7 +188,7 @@ impl Place {
 }
 
 /// One joint's densities at a place, for every noise: those of the known loads, then that of a novel one.
-struct Densities(Vec<Vec<mtgp::PredictiveDensity>>);
+struct Densities(Vec<Vec<mtgp::latent::PredictiveDensity>>);
 
 impl Densities {
     fn at(

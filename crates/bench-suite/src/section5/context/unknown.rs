@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use mtgp::{Calibration, MtgpError, largest_p_value};
+use mtgp::MtgpError;
+use mtgp::context::{Calibration, largest_p_value};
 
 use super::confusion::percent;
 use super::settings::Settings;

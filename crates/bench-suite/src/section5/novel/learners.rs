@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use gp_core::TrainingRanges;
 use gp_core::optimize::MinimizeOptions;
-use mtgp::{
-    AdaptedPosterior, Border, ContextPrior, JointTorques, LatentFunctions, MultiTaskModel,
-    NewTorques, TaskProcess, TaskRow, WithTorqueNoise, context_evidence, fit_row,
-    fit_row_from_population,
-};
+use mtgp::context::{ContextPrior, JointTorques, WithTorqueNoise, context_evidence};
+use mtgp::latent::LatentFunctions;
+use mtgp::novel::{AdaptedPosterior, Border, NewTorques, fit_row, fit_row_from_population};
+use mtgp::prior::TaskRow;
+use mtgp::{MultiTaskModel, TaskProcess};
 use serde::{Deserialize, Serialize};
 
 use super::physics::LoadRegression;

@@ -6,11 +6,15 @@ use gp_core::sampling::{
 };
 use gp_core::{LikelihoodOptions, LogMarginal, Posterior, chapter_start};
 use kernels::{Covariance, TorqueForm};
+use mtgp::prior::{TaskMatrix, TaskRegression};
 use mtgp::{MultiTaskCovariance, Stacked, TaskProcess};
 use serde::{Deserialize, Serialize};
 
 use super::{Settings, row_of};
 use crate::error::BenchError;
+
+/// The prior with K^ρ in the coordinates that chains move in.
+pub type Regressions = MultiTaskCovariance<TaskRegression>;
 
 /// Seed of the chains; a joint and a chain number make a stream of it.
 const SEED: u64 = 2008;
@@ -19,7 +23,7 @@ const SEED: u64 = 2008;
 pub struct Drawn {
     chains: Vec<Chain>,
     prior: HyperPrior,
-    covariance: MultiTaskCovariance,
+    covariance: Regressions,
     /// How far they can be trusted.
     pub diagnostics: Diagnostics,
 }
@@ -42,7 +46,7 @@ pub struct Diagnostics {
 /// Draws from the posterior of the hyperparameters of a point estimate's process.
 ///
 /// K^ρ is drawn as regressions of the loads on one another, in the order that the point estimate's
-/// K^ρ gives them: see [`mtgp::TaskRegression`].
+/// K^ρ gives them: see [`mtgp::prior::TaskRegression`].
 ///
 /// # Errors
 /// `Fit` if a chain cannot begin or go on.
@@ -90,7 +94,7 @@ pub fn draw(
 fn prior(
     data: &Stacked,
     targets: &[f64],
-    covariance: &MultiTaskCovariance,
+    covariance: &Regressions,
 ) -> Result<HyperPrior, BenchError> {
     let moments = chapter_start(data.covariates(), targets, TorqueForm::Coulomb)?;
     let mut task = covariance.task().clone();
@@ -132,8 +136,8 @@ impl Agreement {
 /// The values of all quantities at one draw, in the three groups of [`Diagnostics`].
 fn quantities(
     z: &[f64],
-    posterior: &mut HyperPosterior<MultiTaskCovariance, LogMarginal<'_>>,
-    covariance: &mut MultiTaskCovariance,
+    posterior: &mut HyperPosterior<Regressions, LogMarginal<'_>>,
+    covariance: &mut Regressions,
 ) -> [Vec<f64>; 3] {
     let mut gradient = vec![0.0; z.len()];
     let log_density = posterior.evaluate(z, &mut gradient);
@@ -159,8 +163,8 @@ fn quantities(
 /// Of the log density, log σ and log(v² tr K^ρ); of correlations; of coordinates.
 fn agreements(
     chains: &[Chain],
-    posterior: &mut HyperPosterior<MultiTaskCovariance, LogMarginal<'_>>,
-    covariance: &MultiTaskCovariance,
+    posterior: &mut HyperPosterior<Regressions, LogMarginal<'_>>,
+    covariance: &Regressions,
 ) -> [Agreement; 3] {
     let mut covariance = covariance.clone();
     let draws: Vec<Vec<[Vec<f64>; 3]>> = (chains.iter())
@@ -201,7 +205,7 @@ impl Drawn {
         data: &Stacked,
         targets: &[f64],
         count: usize,
-    ) -> Result<Vec<Posterior<MultiTaskCovariance>>, BenchError> {
+    ) -> Result<Vec<Posterior<Regressions>>, BenchError> {
         let mut posteriors = Vec::new();
         for chain in &self.chains {
             let n = chain.draws.nrows();

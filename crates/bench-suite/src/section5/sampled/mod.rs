@@ -11,10 +11,9 @@ use std::time::Instant;
 
 use faer::Mat;
 use gp_core::Posterior;
-use mtgp::MultiTaskCovariance;
 use serde::{Deserialize, Serialize};
 
-use self::chains::{Agreement, Diagnostics, draw};
+use self::chains::{Agreement, Diagnostics, Regressions, draw};
 use self::scores::{Held, Scores};
 use super::bench::Bench;
 use super::campaign::Campaign;
@@ -125,7 +124,7 @@ fn of_joint(shared: &Shared<'_>, joint: usize) -> Result<OfJoint, BenchError> {
 
     let start = Instant::now();
     let drawn = draw(&samples.stacked, &targets, point, settings, joint)?;
-    let posteriors: Vec<Posterior<MultiTaskCovariance>> =
+    let posteriors: Vec<Posterior<Regressions>> =
         drawn.posteriors(&samples.stacked, &targets, settings.n_mixture)?;
     let [interp, extrap] = held.scores(&posteriors.iter().collect::<Vec<_>>())?;
     let of_draws = Line {

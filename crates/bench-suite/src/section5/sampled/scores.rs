@@ -4,6 +4,7 @@ use faer::Mat;
 use gp_core::Posterior;
 use gp_core::sampling::GaussianMixture;
 use mtgp::MultiTaskCovariance;
+use mtgp::prior::TaskMatrix;
 use serde::{Deserialize, Serialize};
 
 use crate::error::BenchError;
@@ -49,18 +50,18 @@ impl Held {
     ///
     /// # Errors
     /// `Fit` or `MultiTask`.
-    pub fn scores(
+    pub fn scores<T: TaskMatrix>(
         &self,
-        processes: &[&Posterior<MultiTaskCovariance>],
+        processes: &[&Posterior<MultiTaskCovariance<T>>],
     ) -> Result<[Scores; 2], BenchError> {
         let [interp, extrap] = &self.sets;
         Ok([of_set(interp, processes)?, of_set(extrap, processes)?])
     }
 }
 
-fn of_set(
+fn of_set<T: TaskMatrix>(
     loads: &[(Mat<f64>, Vec<f64>)],
-    processes: &[&Posterior<MultiTaskCovariance>],
+    processes: &[&Posterior<MultiTaskCovariance<T>>],
 ) -> Result<Scores, BenchError> {
     let (mut inside, mut log_density, mut count) = (0_u32, 0.0, 0_u32);
     for (task, (x, torques)) in loads.iter().enumerate() {

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use mtgp::{Calibration, MtgpError, MultiTaskModel};
+use mtgp::context::Calibration;
+use mtgp::{MtgpError, MultiTaskModel};
 
 use super::evidence_of;
 use crate::context::columns_error;

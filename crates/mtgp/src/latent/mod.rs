@@ -1,0 +1,12 @@
+//! The latent functions of eq. (16) at new inputs, and the density of torques there.
+
+mod latent_functions;
+mod latent_predictor;
+mod predictive;
+mod whitening;
+
+pub use latent_functions::LatentFunctions;
+pub(crate) use latent_predictor::{LatentPredictor, LatentSample};
+pub use predictive::PredictiveDensity;
+pub(crate) use predictive::require_torques;
+pub(crate) use whitening::{add_inner_product, add_transposed_product, mirror, points_of};

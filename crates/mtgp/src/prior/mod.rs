@@ -1,0 +1,22 @@
+//! The prior of eqs. (13)–(16): K^ρ, rows of samples with their task, and the two as one covariance.
+
+mod gradient;
+mod layout;
+mod multi_task_covariance;
+mod pivoted_columns;
+mod runs;
+mod task_cov;
+mod task_matrix;
+mod task_noise;
+mod task_regression;
+mod task_row;
+
+pub use layout::{Stacked, with_task};
+pub(crate) use layout::{are_rows_of_tasks, split, with_every_task};
+pub use multi_task_covariance::MultiTaskCovariance;
+pub(crate) use pivoted_columns::pivoted_columns;
+pub use task_cov::{TaskCovariance, TaskFactor};
+pub use task_matrix::TaskMatrix;
+pub use task_noise::TaskNoise;
+pub use task_regression::TaskRegression;
+pub use task_row::TaskRow;
