@@ -5,9 +5,9 @@ use kernels::{Covariance, TorqueCovariance};
 
 use crate::data::{require_noise, require_training_data};
 use crate::error::GpError;
+use crate::evidence::LogMarginal;
+use crate::evidence::rounding_of_entries;
 use crate::evidence::{LikelihoodOptions, Method, MethodUsed};
-use crate::log_marginal::LogMarginal;
-use crate::low_rank::rounding_of_entries;
 use crate::low_rank_posterior::LowRankPosterior;
 use crate::posterior::{Posterior, Prediction};
 

@@ -10,11 +10,11 @@ use kernels::{Covariance, Jitter};
 use crate::cholesky::Factor;
 use crate::data::require_training_data;
 use crate::error::GpError;
+use crate::evidence::Choice;
+use crate::evidence::{independent_rows, rows};
 use crate::fit_posterior::FitPosterior;
 use crate::low_rank_posterior::{LowRankParts, LowRankPosterior};
 use crate::orthogonal::upper_of;
-use crate::pivot_choice::Choice;
-use crate::pivoted::{independent_rows, rows};
 use crate::posterior::Posterior;
 
 impl<C: Covariance + Clone> FitPosterior<C> {

@@ -7,8 +7,8 @@ use kernels::Covariance;
 
 use crate::data::{require_finite_inputs, require_noise};
 use crate::error::GpError;
-use crate::low_rank::LowRank;
-use crate::pivoted::rows;
+use crate::evidence::LowRank;
+use crate::evidence::rows;
 use crate::posterior::Prediction;
 
 /// Test points that are worked on together: bounds the memory to (r, `BLOCK`).

@@ -6,13 +6,13 @@ use gp_core::FitPosterior;
 use kernels::Covariance;
 
 use crate::error::MtgpError;
+use crate::fit::SharedFit;
+use crate::fit::TaskFit;
 use crate::latent_functions::require_inputs;
 use crate::layout::split;
 use crate::model::TaskProcess;
 use crate::prior::MultiTaskCovariance;
-use crate::shared_factor::SharedFit;
 use crate::structured_prediction::require_finite_inputs;
-use crate::task_fit::TaskFit;
 
 /// Test inputs that are worked on together: bounds the memory to (`BLOCK`, p).
 const BLOCK: usize = 256;

@@ -4,8 +4,8 @@ use faer::{Mat, MatRef};
 use kernels::{ParamLayout, TorqueCovariance, TorqueParams, Transform};
 
 use crate::error::MtgpError;
+use crate::fit::rank_part::pivoted_columns;
 use crate::prior::MultiTaskCovariance;
-use crate::rank_part::pivoted_columns;
 use crate::task_cov::{TaskCovariance, TaskFactor};
 
 /// Standard deviation of what is new in a task of which K^ρ has nothing new, relative to the first task.

@@ -4,17 +4,17 @@ use faer::MatRef;
 use kernels::{Covariance, OnColumns, Sum};
 use serde::{Deserialize, Serialize};
 
-use crate::covariance_fit::CovarianceFit;
 use crate::error::GpError;
+use crate::fit::CovarianceFit;
+use crate::fit::{
+    InformedFit, ParameterPrior, RigidBodyAndProcess, RigidBodyCovariance, predict_informed,
+};
 use crate::fit_posterior::FitPosterior;
 use crate::model::file::ModelFileError;
 use crate::model::joint_model::FitSummary;
 use crate::model::matrix_record::{malformed, require_values};
 use crate::model::process_record::{ParamsRecord, PosteriorRecord, SummaryRecord};
 use crate::posterior::Prediction;
-use crate::rigid_body_fit::{
-    InformedFit, ParameterPrior, RigidBodyAndProcess, RigidBodyCovariance, predict,
-};
 
 /// A torque that is linear in parameters of known prior, alone or with a process on what they leave.
 ///
@@ -84,8 +84,8 @@ impl InformedModel {
         regressor: MatRef<'_, f64>,
     ) -> Result<Prediction, GpError> {
         match &self.process {
-            InformedProcess::Parameters(p) => predict(&self.prior, p, x, regressor),
-            InformedProcess::AndRemainder(p) => predict(&self.prior, p, x, regressor),
+            InformedProcess::Parameters(p) => predict_informed(&self.prior, p, x, regressor),
+            InformedProcess::AndRemainder(p) => predict_informed(&self.prior, p, x, regressor),
         }
     }
 }

@@ -5,12 +5,12 @@ use std::fmt;
 use faer::MatRef;
 use kernels::TorqueForm;
 
-use crate::bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
 use crate::error::GpError;
 use crate::fit::Fit;
+use crate::fit::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
 use crate::fit_posterior::FitPosterior;
-use crate::fit_report::FitReport;
 use crate::posterior::Prediction;
+use crate::search::FitReport;
 
 /// The four models of sec. 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

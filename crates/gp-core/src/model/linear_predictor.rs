@@ -1,6 +1,6 @@
 //! One linear model at one state.
 
-use crate::bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
+use crate::fit::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
 use crate::model::dot::dot;
 use crate::model::packed_lower::PackedLower;
 

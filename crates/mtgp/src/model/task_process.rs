@@ -4,10 +4,10 @@ use faer::{Mat, MatRef};
 use gp_core::{FitPosterior, FitSummary, Prediction, ProcessPredictor, Scaling};
 
 use crate::error::MtgpError;
+use crate::fit::{Origin, TaskFit, TaskFitReport};
 use crate::layout::split;
 use crate::prior::MultiTaskCovariance;
 use crate::task_cov::TaskCovariance;
-use crate::task_fit::{Origin, TaskFit, TaskFitReport};
 use crate::task_row::TaskRow;
 
 /// A multi-task process over one joint's torque, with the summary of its fit.

@@ -1,18 +1,9 @@
-//! A joint's torque under several loads, learned: options, result and report.
+//! How long and how hard to search, and from where.
 
-use faer::{Mat, MatRef};
-use gp_core::{
-    FitPosterior, GpError, LikelihoodOptions, MethodUsed, Prediction, StartKind, StartReport,
-    Starts,
-};
+use gp_core::{LikelihoodOptions, StartKind, StartReport, Starts};
 use kernels::TorqueForm;
 
-use crate::climb::Climb;
-use crate::error::MtgpError;
-use crate::layout::Stacked;
-use crate::prior::MultiTaskCovariance;
-use crate::rank_part::RankPart;
-use crate::task_cov::{TaskCovariance, TaskFactor};
+use super::rank_part::RankPart;
 
 /// How long and how hard to search, and how far to follow the chapter.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +70,7 @@ const POOLED_ON_MANY: usize = 4;
 
 /// Samples of all tasks together beyond which step 1 sees a part of them, and the search on all only
 /// adjusts what was found on that part: as many as a likelihood by the dense path takes.
-pub(crate) const MANY_SAMPLES: usize = 16_384;
+pub(super) const MANY_SAMPLES: usize = 16_384;
 
 /// Evaluations from which several starts are searched for a while before one is chosen;
 /// with fewer, their first likelihoods decide.
@@ -95,7 +86,7 @@ impl MultiTaskOptions {
         clippy::cast_sign_loss,
         reason = "between two counts"
     )]
-    pub(crate) fn on(&self, n_samples: usize) -> Self {
+    pub(super) fn on(&self, n_samples: usize) -> Self {
         let affordable = self.max_flops / (n_samples as f64).powi(3);
         let fewest = if n_samples > MANY_SAMPLES {
             FEWEST_ON_MANY
@@ -119,7 +110,7 @@ impl MultiTaskOptions {
     /// The same options for pGP on n samples.
     ///
     /// With [`Starts::Chapter`] as for any search.
-    pub(crate) fn pooled_on(&self, n_samples: usize) -> Self {
+    pub(super) fn pooled_on(&self, n_samples: usize) -> Self {
         let mut options = self.on(n_samples);
         if self.starts == Starts::Several && n_samples > MANY_SAMPLES {
             options.max_evaluations = options.max_evaluations.min(POOLED_ON_MANY);
@@ -130,7 +121,7 @@ impl MultiTaskOptions {
     /// The same options for a search on n samples that is not to go to the end.
     ///
     /// With [`Starts::Chapter`] every search goes to the end.
-    pub(crate) fn briefly(&self, n_samples: usize) -> Self {
+    pub(super) fn briefly(&self, n_samples: usize) -> Self {
         if self.starts == Starts::Chapter {
             return self.clone();
         }
@@ -165,147 +156,6 @@ pub struct TaskStart {
     pub origin: Origin,
     /// Its likelihoods, evaluations and end.
     pub report: StartReport,
-}
-
-/// How a fit was found and what help it needed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TaskFitReport {
-    /// Log marginal likelihood of the fit, natural log, summed over the data.
-    pub log_marginal: f64,
-    /// Every start, in the order tried.
-    pub starts: Vec<TaskStart>,
-    /// Index in `starts` of the one that won.
-    pub winner: usize,
-    /// Hyperparameters that ended on a bound, by name.
-    pub bounds_hit: Vec<String>,
-    /// How the matrix of the fit was factorised.
-    pub method: MethodUsed,
-    /// Rank of that factor: the number of samples if dense.
-    pub factor_rank: usize,
-    /// Bound on the error of the log marginal likelihood at the hyperparameters found, in nats.
-    pub error_bound: f64,
-    /// A lower bound on the condition number of K + σ²I.
-    pub condition_lower_bound: f64,
-}
-
-impl TaskFitReport {
-    /// The start that won.
-    pub fn winning_start(&self) -> &TaskStart {
-        &self.starts[self.winner]
-    }
-
-    /// Where the start that won is from.
-    pub fn origin(&self) -> Origin {
-        self.winning_start().origin
-    }
-
-    /// Evaluations of all starts together.
-    pub fn evaluations(&self) -> usize {
-        self.starts
-            .iter()
-            .map(|start| start.report.evaluations)
-            .sum()
-    }
-}
-
-/// A joint's torque in every task, learned.
-#[derive(Debug, Clone)]
-pub struct TaskFit {
-    /// The process with the hyperparameters found, conditioned on the data.
-    pub posterior: FitPosterior<MultiTaskCovariance>,
-    /// How the hyperparameters were found.
-    pub report: TaskFitReport,
-}
-
-impl TaskFit {
-    /// Conditions on the data at the end of a search.
-    pub(crate) fn new(
-        data: &Stacked,
-        targets: &[f64],
-        climb: Climb<MultiTaskCovariance>,
-        likelihood: LikelihoodOptions,
-    ) -> Result<Self, MtgpError> {
-        let (posterior, error_bound) = FitPosterior::with_error_bound(
-            climb.covariance,
-            climb.noise_std,
-            data.inputs(),
-            targets,
-            likelihood,
-        )?;
-        let report = TaskFitReport {
-            log_marginal: climb.starts[climb.winner].report.log_marginal,
-            starts: climb.starts,
-            winner: climb.winner,
-            bounds_hit: climb.bounds_hit,
-            method: posterior.method(),
-            factor_rank: posterior.rank(),
-            error_bound,
-            condition_lower_bound: posterior.condition_lower_bound(),
-        };
-        Ok(Self { posterior, report })
-    }
-
-    /// The covariance with the hyperparameters found.
-    pub fn covariance(&self) -> &MultiTaskCovariance {
-        self.posterior.covariance()
-    }
-
-    /// The noise standard deviation found, in target units.
-    pub fn noise_std(&self) -> f64 {
-        self.posterior.noise_std()
-    }
-
-    /// Log marginal likelihood, natural log, summed over the data.
-    pub fn log_marginal(&self) -> f64 {
-        self.report.log_marginal
-    }
-
-    /// K^ρ, (m, m).
-    pub fn k_task(&self) -> Mat<f64> {
-        self.covariance().task().k_task()
-    }
-
-    /// Λ, (m, r); `None` where K^ρ is fixed.
-    pub fn lambda(&self) -> Option<MatRef<'_, f64>> {
-        self.task_factor().map(TaskFactor::lambda)
-    }
-
-    pub(crate) fn task_factor(&self) -> Option<&TaskFactor> {
-        match self.covariance().task() {
-            TaskCovariance::Factor(factor) => Some(factor),
-            _ => None,
-        }
-    }
-
-    /// Posterior means and latent variances of one task.
-    ///
-    /// # Shapes
-    /// `x` (k, 3ℓ).
-    /// # Errors
-    /// [`MtgpError::UnknownTask`]; [`MtgpError::Gp`] for inputs that are not finite or
-    /// have another number of columns.
-    pub fn predict(&self, task: usize, x: MatRef<'_, f64>) -> Result<Prediction, MtgpError> {
-        let rows = self.rows_of(task, x)?;
-        Ok(self.posterior.predict(rows.as_ref())?)
-    }
-
-    /// Posterior means of one task, in target units.
-    ///
-    /// # Errors
-    /// As for [`TaskFit::predict`].
-    pub fn predict_mean(&self, task: usize, x: MatRef<'_, f64>) -> Result<Vec<f64>, MtgpError> {
-        let rows = self.rows_of(task, x)?;
-        Ok(self.posterior.predict_mean(rows.as_ref())?)
-    }
-
-    pub(crate) fn rows_of(&self, task: usize, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
-        let expected = self.covariance().input().linear().linear_std().len();
-        if x.ncols() != expected {
-            let found = x.ncols();
-            return Err(GpError::WrongCovariates { found, expected }.into());
-        }
-        self.covariance().rows_of(x, task)
-    }
 }
 
 #[cfg(test)]

@@ -13,13 +13,13 @@
 use faer::{Mat, MatRef};
 use kernels::{Covariance, OnColumns, RigidBody, Sum, TorqueCovariance, TorqueForm};
 
-use crate::covariance_fit::{CovarianceFit, fit_covariance};
+use super::chapter_start::{chapter_start, varied_start};
+use super::covariance::{CovarianceFit, fit_covariance};
 use crate::data::require_training_data;
 use crate::error::GpError;
-use crate::fit::FitOptions;
 use crate::fit_posterior::FitPosterior;
-use crate::init::{chapter_start, varied_start};
 use crate::posterior::Prediction;
+use crate::search::FitOptions;
 
 /// Covariance of rbd: the regressor's columns of rows (x, Y(x)).
 pub type RigidBodyCovariance = OnColumns<RigidBody>;
@@ -150,12 +150,12 @@ impl<C: Covariance> InformedFit<C> {
         x: MatRef<'_, f64>,
         regressor: MatRef<'_, f64>,
     ) -> Result<Prediction, GpError> {
-        predict(&self.prior, &self.fit.posterior, x, regressor)
+        predict_informed(&self.prior, &self.fit.posterior, x, regressor)
     }
 }
 
 /// Means and latent variances of the torque, from the posterior of its deviation from Yπ₀.
-pub(crate) fn predict<C: Covariance>(
+pub(crate) fn predict_informed<C: Covariance>(
     prior: &ParameterPrior,
     posterior: &FitPosterior<C>,
     x: MatRef<'_, f64>,

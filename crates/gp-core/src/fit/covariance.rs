@@ -5,14 +5,12 @@ use kernels::Covariance;
 
 use crate::data::{require_noise, require_training_data};
 use crate::error::GpError;
-use crate::fit::{FitOptions, SearchScheme};
+use crate::evidence::{LogMarginal, spread_rows, subset};
 use crate::fit_posterior::FitPosterior;
-use crate::fit_report::StartReport;
-use crate::init::StartKind;
-use crate::log_marginal::LogMarginal;
-use crate::nested::{spread_rows, stage_sizes, subset};
-use crate::search::{SearchEnd, refine, search, search_near};
-use crate::search_ends::{highest, no_usable_start};
+use crate::search::{
+    FitOptions, SearchEnd, SearchScheme, StartKind, StartReport, highest, no_usable_start, refine,
+    search, search_near, stage_sizes,
+};
 
 /// A function of any covariance, learned.
 #[derive(Debug, Clone)]

@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use faer::{Mat, MatRef};
 use kernels::{Covariance, Crew, Jitter, column_panels};
 
+use super::low_rank::rounding_of_entries;
 use crate::cholesky::Factor;
 use crate::error::GpError;
-use crate::low_rank::rounding_of_entries;
 
 /// Columns that are worked on together where every entry is touched once.
 const PANEL: usize = 128;

@@ -1,7 +1,7 @@
 //! What a fit says of itself: its starts, their likelihoods, and the help it needed.
 
+use super::start::StartKind;
 use crate::evidence::MethodUsed;
-use crate::init::StartKind;
 use crate::optimize::StopReason;
 
 /// What one start led to.

@@ -3,43 +3,15 @@
 use faer::MatRef;
 use kernels::{TorqueCovariance, TorqueForm};
 
-use crate::candidate::Candidate;
+use super::chapter_start::{chapter_start, varied_start};
 use crate::data::{joints_of, require_training_data};
 use crate::error::GpError;
-use crate::evidence::LikelihoodOptions;
+use crate::evidence::{LogMarginal, spread_rows, subset};
 use crate::fit_posterior::FitPosterior;
-use crate::fit_report::{FitReport, StageReport, StartReport};
-use crate::init::{StartKind, StartPoint, chapter_start, varied_start};
-use crate::log_marginal::LogMarginal;
-use crate::nested::{spread_rows, stage_sizes, subset};
-use crate::search::{SearchEnd, refine, search_on};
-use crate::search_ends::{highest, no_usable_start};
-
-/// From where the search sets out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Starts {
-    /// Eq. (22) alone.
-    Chapter,
-    // DEVIATION(A.1): the chapter has one start, from which the squared exponential is
-    // often switched off before it is tried.
-    /// Eq. (22) and variations of it; the highest likelihood is kept.
-    Several,
-}
-
-impl Starts {
-    /// The variations of eq. (22) that it stands for, in the order tried.
-    pub fn kinds(self) -> &'static [StartKind] {
-        match self {
-            Self::Chapter => &[StartKind::Chapter],
-            Self::Several => &[
-                StartKind::Chapter,
-                StartKind::TypicalPairs,
-                StartKind::TypicalPairsLowNoise,
-                StartKind::SlowInRates,
-            ],
-        }
-    }
-}
+use crate::search::{
+    Candidate, FitOptions, FitReport, SearchEnd, SearchScheme, StageReport, StartPoint,
+    StartReport, highest, no_usable_start, refine, search_on, stage_sizes,
+};
 
 /// Floating-point operations that each stage of a nested search may take.
 const STAGE_FLOPS: f64 = 4e10;
@@ -60,64 +32,6 @@ const ALL_STARTS_UP_TO: usize = 1024;
 /// Dense likelihoods' worth of work for the starts on all of more samples than that:
 /// enough where the rank is a few dozen.
 const STARTS_WORK: f64 = 1.0;
-
-/// Which samples the searches see.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SearchScheme {
-    /// All samples, from every start, until it converges.
-    Whole,
-    // DEVIATION(sec. 3): the chapter searches on all samples from one start.
-    /// Beyond 512 samples at first an eighth, say, of them, then twice as many, up to
-    /// all: every start on the smallest subset, the best ends of each stage on the
-    /// next, and no stage takes more work than its limit.
-    Nested,
-}
-
-/// How long and how hard to search.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FitOptions {
-    /// The starts.
-    pub starts: Starts,
-    /// Which samples the searches see.
-    pub scheme: SearchScheme,
-    /// Likelihoods with gradient that each search may use: half of them to come near, and
-    /// the highest end of all starts the rest.
-    pub max_evaluations: usize,
-    /// Work that each search may take, in likelihoods by the dense path.
-    pub max_work: f64,
-    /// Converged when no component of the projected gradient with respect to the
-    /// logarithms of the hyperparameters is larger, in nats.
-    pub gradient_tolerance: f64,
-    /// Stalled when an iteration gains less than this, in nats.
-    pub value_tolerance: f64,
-    /// How each likelihood is computed.
-    pub likelihood: LikelihoodOptions,
-}
-
-impl FitOptions {
-    /// Eq. (22) alone on all samples, with up to 300 evaluations.
-    pub fn chapter() -> Self {
-        Self {
-            starts: Starts::Chapter,
-            scheme: SearchScheme::Whole,
-            max_evaluations: 300,
-            max_work: f64::INFINITY,
-            gradient_tolerance: 1e-3,
-            value_tolerance: 1e-5,
-            likelihood: LikelihoodOptions::automatic(),
-        }
-    }
-
-    /// Several starts, nested, with up to 600 evaluations for each search.
-    pub fn several() -> Self {
-        Self {
-            starts: Starts::Several,
-            scheme: SearchScheme::Nested,
-            max_evaluations: 600,
-            ..Self::chapter()
-        }
-    }
-}
 
 /// A joint's torque, learned.
 #[derive(Debug, Clone)]

@@ -1,23 +1,23 @@
 //! The search for the highest likelihood from one start, for any covariance.
 
 use std::cell::{Cell, RefCell};
+use std::mem::discriminant;
 
 use faer::MatRef;
-use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance};
+use kernels::{Covariance, TorqueCovariance};
 
-use crate::candidate::Candidate;
+use super::options::FitOptions;
+use super::report::StartReport;
+use super::start::{StartKind, StartPoint};
 use crate::error::GpError;
-use crate::evidence::{Evaluation, MethodUsed};
-use crate::fit::FitOptions;
-use crate::fit_report::StartReport;
-use crate::init::StartKind;
-use crate::log_marginal::LogMarginal;
-use crate::opening::{Opening, enough_noise};
+use crate::evidence::{
+    Likelihood, LogMarginal, add_prior_information, information, layout_with_noise, split_noise,
+    with_noise,
+};
 use crate::optimize::{
     Budgeted, Known, Metric, MinimizeOptions, Minimum, Objective, Reparametrised, Resumed, Scaled,
     StopReason, minimize,
 };
-use crate::search_metric::{add_prior_information, information};
 
 // DEVIATION(sec. 3): the chapter's search has no such limit.
 /// Points of a search whose likelihood may be wrong by more nats than this are not entered.
@@ -40,47 +40,6 @@ const AUDIBLE: f64 = 1.0;
 
 /// Change of the logarithm of a faded hyperparameter that is worth the likelihood it takes.
 const WORTH_A_MOVE: f64 = 0.1;
-
-/// What a search climbs: eq. (8) of some covariance on some data.
-///
-/// [`LogMarginal`] is one; a sum of it over independent parts of the data is another.
-pub trait Likelihood<C> {
-    /// The value and its gradient with respect to (θ, σ).
-    ///
-    /// # Errors
-    /// Where there is no value; a search backs away from there.
-    /// # Panics
-    /// If `gradient` does not have one entry per hyperparameter and one for σ.
-    fn evaluate(
-        &mut self,
-        covariance: &C,
-        noise_std: f64,
-        gradient: &mut [f64],
-    ) -> Result<Evaluation, GpError>;
-
-    /// The inputs of each part of the data, (n_p, d); parts are independent given (θ, σ).
-    fn parts(&self) -> Vec<MatRef<'_, f64>>;
-}
-
-impl<C: Covariance> Likelihood<C> for LogMarginal<'_> {
-    fn evaluate(
-        &mut self,
-        covariance: &C,
-        noise_std: f64,
-        gradient: &mut [f64],
-    ) -> Result<Evaluation, GpError> {
-        LogMarginal::evaluate(self, covariance, noise_std, gradient)
-    }
-
-    fn parts(&self) -> Vec<MatRef<'_, f64>> {
-        vec![self.x()]
-    }
-}
-
-/// n, in all parts of the data together.
-pub(crate) fn n_samples<C>(evidence: &impl Likelihood<C>) -> usize {
-    evidence.parts().iter().map(MatRef::nrows).sum()
-}
 
 /// Where the search from one start ended.
 #[derive(Debug, Clone)]
@@ -148,10 +107,13 @@ impl<C: Covariance> SearchEnd<C> {
     /// Hyperparameters that ended on a bound, by name.
     pub fn bounds_hit(&self) -> Vec<String> {
         let theta = with_noise(&self.covariance, self.noise_std);
-        (search_layout(&self.covariance).specs().iter().zip(theta))
-            .filter(|(spec, value)| spec.transform.is_at_bound(*value))
-            .map(|(spec, _)| spec.to_string())
-            .collect()
+        (layout_with_noise(&self.covariance)
+            .specs()
+            .iter()
+            .zip(theta))
+        .filter(|(spec, value)| spec.transform.is_at_bound(*value))
+        .map(|(spec, _)| spec.to_string())
+        .collect()
     }
 
     /// Adds a further round of the search, of `evaluations` that cost `work`.
@@ -213,7 +175,7 @@ pub fn refine<C: Covariance + Clone>(
     end: &mut SearchEnd<C>,
     options: &FitOptions,
 ) {
-    let round = if n_samples(evidence) > MANY_SAMPLES {
+    let round = if evidence.n_samples() > MANY_SAMPLES {
         SHORT_ROUND
     } else {
         ROUND
@@ -310,7 +272,7 @@ impl<C: Covariance> SearchEnd<C> {
     fn open_with(&mut self, opening: &Opening) {
         self.noise_std = opening.noise_std;
         let objective = Reparametrised::new(
-            &search_layout(&self.covariance),
+            &layout_with_noise(&self.covariance),
             |_: &[f64], _: &mut [f64]| 0.0,
         );
         let z = objective.unconstrained(&with_noise(&self.covariance, self.noise_std));
@@ -340,11 +302,11 @@ fn go_on<C: Covariance + Clone>(
     let mut trial = end.covariance.clone();
     let work = Cell::new(0.0);
     let failure = RefCell::new(None);
-    let n_samples = n_samples(evidence);
+    let n_samples = evidence.n_samples();
     let negative_log_marginal = |theta: &[f64], gradient: &mut [f64]| {
         let (of_covariance, noise_std) = split_noise(theta);
         trial.set_params(of_covariance);
-        let nats = rounding_bound(evidence, &trial, noise_std);
+        let nats = evidence.rounding(&trial, noise_std);
         if nats > MAX_ROUNDING {
             let largest = MAX_ROUNDING;
             failure.replace(Some(GpError::TooMuchRounding {
@@ -355,7 +317,7 @@ fn go_on<C: Covariance + Clone>(
             return f64::INFINITY;
         }
         let outcome = evidence.evaluate(&trial, noise_std, gradient);
-        work.set(work.get() + work_of(outcome.as_ref().ok(), n_samples));
+        work.set(work.get() + evidence.work(&outcome));
         for component in gradient.iter_mut() {
             *component = -*component;
         }
@@ -368,7 +330,7 @@ fn go_on<C: Covariance + Clone>(
         }
     };
 
-    let objective = Reparametrised::new(&search_layout(&end.covariance), negative_log_marginal);
+    let objective = Reparametrised::new(&layout_with_noise(&end.covariance), negative_log_marginal);
     let z = match end.known.as_ref() {
         Some(known) => known.z.clone(),
         None => objective.unconstrained(&with_noise(&end.covariance, end.noise_std)),
@@ -404,7 +366,7 @@ fn fisher_metric<C: Covariance + Clone>(
     let z = match end.known.as_ref() {
         Some(known) => known.z.clone(),
         None => Reparametrised::new(
-            &search_layout(&end.covariance),
+            &layout_with_noise(&end.covariance),
             |_: &[f64], _: &mut [f64]| 0.0,
         )
         .unconstrained(&with_noise(&end.covariance, end.noise_std)),
@@ -417,49 +379,14 @@ fn fisher_metric<C: Covariance + Clone>(
 /// The values nearest to θ and σ from which a search can set out: inside their bounds.
 pub(crate) fn inside_bounds<C: Covariance>(covariance: &mut C, noise_std: f64) -> f64 {
     let theta = with_noise(covariance, noise_std);
-    let bounds = Reparametrised::new(&search_layout(covariance), |_: &[f64], _: &mut [f64]| 0.0);
+    let bounds = Reparametrised::new(
+        &layout_with_noise(covariance),
+        |_: &[f64], _: &mut [f64]| 0.0,
+    );
     let theta = bounds.natural(&bounds.unconstrained(&theta));
     let (of_covariance, noise_std) = split_noise(&theta);
     covariance.set_params(of_covariance);
     noise_std
-}
-
-/// Hyperparameters of the covariance followed by σ.
-pub(crate) fn search_layout<C: Covariance>(covariance: &C) -> ParamLayout {
-    let noise = Jitter::new(1.0).expect("one is positive");
-    covariance.layout().followed_by(noise.layout())
-}
-
-/// Roughly the error that rounding K leaves in its log marginal likelihood, in nats.
-///
-/// ```text
-/// |Σ_ab Q_ab δK_ab| ≲ n ε max_a K_aa / σ²,   as |δK_ab| ≤ ε max K and ‖K⁻¹‖ ≤ 1/σ²
-/// ```
-pub(crate) fn rounding_bound<C: Covariance>(
-    evidence: &impl Likelihood<C>,
-    covariance: &C,
-    noise_std: f64,
-) -> f64 {
-    let parts = evidence.parts();
-    let n_samples: usize = parts.iter().map(MatRef::nrows).sum();
-    let variances = parts.into_iter().flat_map(|x| covariance.diag(x));
-    let largest = variances.fold(0.0, f64::max);
-    n_samples as f64 * f64::EPSILON * largest / (noise_std * noise_std)
-}
-
-/// Work of one evaluation, in evaluations by the dense path: roughly, and never by the clock.
-///
-/// ```text
-/// 1                       dense, n³ floating-point operations for factor and inverse
-/// 10 r²/n² + 300 r/n²     low-rank: 10 n r² for pivots, orthogonal factor and adjoints,
-///                         300 n r for entries of the covariance and their gradient
-/// ```
-pub(crate) fn work_of(evaluation: Option<&Evaluation>, n_samples: usize) -> f64 {
-    let Some(evaluation) = evaluation.filter(|e| e.method == MethodUsed::Certified) else {
-        return 1.0;
-    };
-    let (n, rank) = (n_samples as f64, evaluation.rank as f64);
-    (10.0 * rank * rank + 300.0 * rank) / (n * n)
 }
 
 fn minimize_options(options: &FitOptions) -> MinimizeOptions {
@@ -471,18 +398,225 @@ fn minimize_options(options: &FitOptions) -> MinimizeOptions {
     }
 }
 
-/// θ of the covariance followed by σ.
-fn with_noise<C: Covariance>(covariance: &C, noise_std: f64) -> Vec<f64> {
-    let mut theta = covariance.params();
-    theta.push(noise_std);
-    theta
+/// A point from which a stage sets out.
+#[derive(Debug, Clone)]
+pub(crate) struct Candidate {
+    pub kind: StartKind,
+    pub covariance: TorqueCovariance,
+    pub noise_std: f64,
+    /// Whether it comes from a stage with fewer samples.
+    pub is_heir: bool,
 }
 
-/// (θ of the covariance, σ).
-///
-/// # Panics
-/// If there is no σ.
-pub(crate) fn split_noise(theta: &[f64]) -> (&[f64], f64) {
-    let (noise_std, of_covariance) = theta.split_last().expect("σ is the last hyperparameter");
-    (of_covariance, *noise_std)
+impl Candidate {
+    /// A start of the first stage.
+    pub fn of(start: &StartPoint) -> Self {
+        Self {
+            kind: start.kind,
+            covariance: start.covariance.clone(),
+            noise_std: start.noise_std,
+            is_heir: false,
+        }
+    }
+
+    /// The end of a search on fewer samples.
+    pub fn heir(end: &SearchEnd<TorqueCovariance>) -> Self {
+        Self {
+            kind: end.report.kind,
+            covariance: end.covariance.clone(),
+            noise_std: end.noise_std,
+            is_heir: true,
+        }
+    }
+
+    /// Moves hyperparameters that sit on a bound a little inside it.
+    pub fn keep_inside(&mut self) {
+        self.noise_std = inside_bounds(&mut self.covariance, self.noise_std);
+    }
+}
+
+/// Mean squared standardised residual beyond which σ is raised.
+const TOO_SURE: f64 = 4.0;
+
+/// Times that σ is raised at most.
+const MAX_RAISES: usize = 2;
+
+/// Part of the limit on rounding at which a search may set out.
+const INSIDE: f64 = 0.5;
+
+/// Where a search on more samples sets out, with the likelihood there.
+#[derive(Debug, Clone)]
+pub(crate) struct Opening {
+    pub noise_std: f64,
+    pub log_marginal: f64,
+    /// With respect to (θ, σ).
+    pub gradient: Vec<f64>,
+    pub evaluations: usize,
+    pub work: f64,
+}
+
+impl Opening {
+    /// Raises σ until the residuals are no surprise; `None` where there is no likelihood.
+    ///
+    /// ```text
+    /// ρ = σ²|α|²/n ≈ 1 + (σ/n) ∂ log p/∂σ,    σ ← σ √ρ  while ρ > 4, at most twice
+    /// ```
+    /// as ∂ log p/∂σ = σ(|α|² − tr K⁻¹) and tr K⁻¹ ≤ n/σ²; σ²α are the residuals of the
+    /// posterior mean, so that σ√ρ is their root mean square.
+    /// # Source
+    /// The update of the noise in the EM algorithm, without the posterior variance:
+    /// Dempster, Laird & Rubin 1977, sec. 4.
+    pub fn find<C: Covariance>(
+        evidence: &mut impl Likelihood<C>,
+        covariance: &C,
+        noise_std: f64,
+        max_rounding: f64,
+    ) -> Option<Self> {
+        let nats = evidence.rounding(covariance, noise_std);
+        let mut opening = Self {
+            noise_std: raised(noise_std, nats, max_rounding),
+            log_marginal: f64::NEG_INFINITY,
+            gradient: vec![0.0; covariance.n_params() + 1],
+            evaluations: 0,
+            work: 0.0,
+        };
+        for round in 0..=MAX_RAISES {
+            let surprise = opening.evaluate(evidence, covariance)?;
+            if surprise <= TOO_SURE || round == MAX_RAISES {
+                break;
+            }
+            opening.noise_std *= surprise.sqrt();
+        }
+        Some(opening)
+    }
+
+    /// ρ at the present σ.
+    fn evaluate<C: Covariance>(
+        &mut self,
+        evidence: &mut impl Likelihood<C>,
+        covariance: &C,
+    ) -> Option<f64> {
+        let evaluation = evidence.evaluate(covariance, self.noise_std, &mut self.gradient);
+        self.evaluations += 1;
+        self.work += evidence.work(&evaluation);
+        self.log_marginal = evaluation.ok()?.log_marginal_likelihood;
+        let slope = self.gradient.last()?;
+        Some(1.0 + self.noise_std * slope / evidence.n_samples() as f64)
+    }
+}
+
+/// σ, or what it takes for a search to set out where rounding would be more than the limit in nats.
+pub(crate) fn enough_noise<C: Covariance>(
+    evidence: &impl Likelihood<C>,
+    covariance: &C,
+    noise_std: f64,
+    max_rounding: f64,
+) -> f64 {
+    let nats = evidence.rounding(covariance, noise_std);
+    if nats > max_rounding && nats.is_finite() {
+        raised(noise_std, nats, max_rounding)
+    } else {
+        noise_std
+    }
+}
+
+/// σ at which rounding of so many nats, which goes with 1/σ², is well inside the limit; never a smaller one.
+fn raised(noise_std: f64, nats: f64, max_rounding: f64) -> f64 {
+    noise_std * (nats / (INSIDE * max_rounding)).max(1.0).sqrt()
+}
+
+/// Index of the highest finite likelihood; the earliest of equals.
+pub fn highest<C>(ends: &[SearchEnd<C>]) -> Option<usize> {
+    let value = |idx: usize| ends[idx].report.log_marginal;
+    (0..ends.len())
+        .filter(|&idx| value(idx).is_finite())
+        .reduce(|best, idx| if value(idx) > value(best) { idx } else { best })
+}
+
+/// The error of a search none of whose ends has a likelihood, with the reason if all have the same.
+pub fn no_usable_start<C>(ends: &[SearchEnd<C>]) -> GpError {
+    let failures: Option<Vec<&GpError>> = ends.iter().map(|end| end.failure.as_ref()).collect();
+    let failures = failures.unwrap_or_default();
+    let are_alike =
+        (failures.windows(2)).all(|pair| discriminant(pair[0]) == discriminant(pair[1]));
+    let first = failures.first().filter(|_| are_alike);
+    GpError::NoUsableStart {
+        n_starts: ends.len(),
+        reason: first.map(|&failure| Box::new(failure.clone())),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "bounds are taken over as they are")]
+mod tests {
+    use faer::Mat;
+    use kernels::{Constant, SeArd};
+
+    use super::*;
+    use crate::evidence::LikelihoodOptions;
+
+    #[test]
+    fn a_reason_is_given_where_all_starts_have_the_same() {
+        let failed = |failure: GpError| {
+            let mut end = SearchEnd::at(Constant::new(1.0).unwrap(), 0.1, StartKind::Given);
+            end.failure = Some(failure);
+            end
+        };
+        let not_finite = |n_samples| GpError::NonFiniteLikelihood { n_samples };
+        let alike = [failed(not_finite(3)), failed(not_finite(4))];
+        let (n_starts, first) = (2, Box::new(not_finite(3)));
+        let expected = GpError::NoUsableStart {
+            n_starts,
+            reason: Some(first),
+        };
+        assert_eq!(no_usable_start(&alike), expected);
+
+        let other = GpError::BadNoise { value: 0.0 };
+        let unlike = [failed(not_finite(3)), failed(other)];
+        let reason = None;
+        let expected = GpError::NoUsableStart { n_starts, reason };
+        assert_eq!(no_usable_start(&unlike), expected);
+    }
+
+    /// Twenty samples of size 3 with signs in turn, at inputs far from one another.
+    fn data() -> (Mat<f64>, Vec<f64>) {
+        let x = Mat::from_fn(20, 1, |row, _| 100.0 * row as f64);
+        let t = (0..20).map(|row| if row % 2 == 0 { 3.0 } else { -3.0 });
+        (x, t.collect())
+    }
+
+    #[test]
+    fn noise_that_is_too_small_is_raised_to_the_residuals() {
+        let (x, t) = data();
+        let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
+        // A function that hardly varies: the residuals are the targets.
+        let covariance = Constant::new(1e-6).unwrap();
+        let opening = Opening::find(&mut evidence, &covariance, 0.1, 0.1).unwrap();
+        // ρ = 900, then about 1.
+        assert!((opening.noise_std - 3.0).abs() < 0.01, "{opening:?}");
+        assert_eq!(opening.evaluations, 2);
+        // −½ Σ t²/σ² − n ln σ − ½ n ln 2π at σ = 3.
+        let expected = -10.0 - 20.0 * 3.0_f64.ln() - 10.0 * std::f64::consts::TAU.ln();
+        assert!((opening.log_marginal - expected).abs() < 1e-3);
+    }
+
+    #[test]
+    fn noise_that_suits_stays() {
+        let (x, t) = data();
+        let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
+        let covariance = SeArd::new(3.0, vec![1.0]).unwrap();
+        let opening = Opening::find(&mut evidence, &covariance, 0.5, 0.1).unwrap();
+        assert_eq!((opening.noise_std, opening.evaluations), (0.5, 1));
+    }
+
+    #[test]
+    fn noise_is_raised_to_where_rounding_allows_a_search() {
+        let (x, t) = data();
+        let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
+        let covariance = SeArd::new(1e6, vec![1.0]).unwrap();
+        let opening = Opening::find(&mut evidence, &covariance, 0.01, 0.1).unwrap();
+        let bound = evidence.rounding(&covariance, opening.noise_std);
+        assert!(bound <= 0.1, "{bound}");
+        assert!(opening.noise_std > 0.01);
+    }
 }

@@ -8,7 +8,7 @@ use gp_core::{
 };
 use kernels::Covariance;
 
-use crate::task_fit::{MultiTaskOptions, Origin, TaskStart};
+use super::options::{MultiTaskOptions, Origin, TaskStart};
 
 /// Hyperparameters from which a search sets out, and where they are from.
 #[derive(Clone)]

@@ -38,9 +38,9 @@ use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par, RowRef};
 use kernels::Covariance;
 
+use super::pivoted::{PivotedCholesky, row_blocks, rows};
 use crate::error::GpError;
 use crate::orthogonal::Orthogonal;
-use crate::pivoted::{PivotedCholesky, row_blocks, rows};
 
 /// A zero-mean process with covariance ΦΦᵀ + σ²I, conditioned on targets.
 #[derive(Debug, Clone)]

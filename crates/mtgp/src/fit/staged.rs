@@ -11,16 +11,18 @@
 use faer::{Mat, MatRef};
 use gp_core::{LogMarginal, Starts};
 
-use crate::baselines::{fit_independent, fit_pooled, pooled_moments};
-use crate::climb::{Start, climb};
+use super::augmented_targets::{augmented_k_task, augmented_targets};
+use super::baselines::{fit_independent, fit_pooled};
+use super::climb::{Start, climb};
+use super::moments::pooled_moments;
+use super::options::{MultiTaskOptions, Origin};
+use super::parts::{part_for_step_1, require_targets};
+use super::rank_part::rank_part;
+use super::task_fit::TaskFit;
 use crate::error::MtgpError;
-use crate::ladder::part_for_step_1;
 use crate::layout::Stacked;
 use crate::prior::MultiTaskCovariance;
-use crate::rank_part::rank_part;
 use crate::task_cov::{TaskCovariance, TaskFactor};
-use crate::task_fit::{MultiTaskOptions, Origin, TaskFit};
-use crate::task_start::{augmented_k_task, augmented_targets};
 
 /// Part of the mean diagonal of K^ρ that a new column of Λ adds to its trace.
 const NEW_COLUMN: f64 = 1e-6;
@@ -149,7 +151,7 @@ pub fn fit_rank_from(
     warm: &[&TaskFit],
     options: &MultiTaskOptions,
 ) -> Result<TaskFit, MtgpError> {
-    crate::baselines::require_targets(data, targets)?;
+    require_targets(data, targets)?;
     require_tasks(data, stage_one.winner())?;
     let mut starts = vec![chapter_stage_three(stage_one, rank, options)?];
     // DEVIATION(A.3): starts beside the chapter's; the report says which one won.

@@ -12,17 +12,19 @@
 use faer::MatRef;
 use gp_core::{
     Evaluation, Fit, FitOptions, GpError, Likelihood, LikelihoodOptions, LogMarginal, MethodUsed,
-    StartKind, StartPoint, chapter_start, fit, varied_start,
+    fit,
 };
 use kernels::TorqueCovariance;
 
-use crate::climb::{Climb, Start, climb};
-use crate::error::{MtgpError, require_count};
-use crate::ladder::{part_for_step_1, smaller_parts};
+use super::climb::{Climb, Start, climb};
+use super::moments::moment_starts;
+use super::options::MultiTaskOptions;
+use super::parts::{part_for_step_1, require_targets, smaller_parts};
+use super::task_fit::TaskFit;
+use crate::error::MtgpError;
 use crate::layout::Stacked;
 use crate::prior::MultiTaskCovariance;
 use crate::task_cov::TaskCovariance;
-use crate::task_fit::{MultiTaskOptions, Origin, TaskFit};
 
 /// Factor of the length scales of a start whose rank is too high, and how often it is applied.
 const SMOOTHING: f64 = 2.0;
@@ -197,38 +199,6 @@ fn by_task<'a>(
     })
 }
 
-/// The start of eq. (22) on the pooled data, and its variations.
-fn moment_starts(
-    data: &Stacked,
-    targets: &[f64],
-    options: &MultiTaskOptions,
-) -> Result<Vec<Start<TorqueCovariance>>, MtgpError> {
-    let chapter = pooled_moments(data, targets, options)?;
-    let start = |kind: StartKind| {
-        let point = varied_start(&chapter, kind)?;
-        Ok(Start {
-            origin: Origin::Moments(kind),
-            covariance: point.covariance,
-            noise_std: point.noise_std,
-            is_near: false,
-        })
-    };
-    // DEVIATION(A.3): the chapter's step 1 has the start of eq. (22) alone.
-    (options.starts.kinds().iter())
-        .map(|&kind| start(kind))
-        .collect()
-}
-
-/// θ₀^x and σ₀ of A.3: eq. (22) on the data of all tasks together.
-pub(crate) fn pooled_moments(
-    data: &Stacked,
-    targets: &[f64],
-    options: &MultiTaskOptions,
-) -> Result<StartPoint, MtgpError> {
-    require_targets(data, targets)?;
-    Ok(chapter_start(data.covariates(), targets, options.form)?)
-}
-
 /// The winner of a search over (θ^x, σ), as the model of all tasks that it is.
 fn with_task_matrix(
     data: &Stacked,
@@ -239,11 +209,6 @@ fn with_task_matrix(
 ) -> Result<TaskFit, MtgpError> {
     let climb = climb.map(|input| MultiTaskCovariance::new(input, task));
     TaskFit::new(data, targets, climb, options.likelihood)
-}
-
-/// Fails unless there is one target per row.
-pub(crate) fn require_targets(data: &Stacked, targets: &[f64]) -> Result<(), MtgpError> {
-    require_count("targets", targets.len(), data.tasks().len())
 }
 
 /// Eq. (8) of tasks that are independent given θ^x and σ.
@@ -314,6 +279,7 @@ mod tests {
     use kernels::TorqueForm;
 
     use super::*;
+    use crate::fit::options::Origin;
 
     fn start() -> Start<TorqueCovariance> {
         Start {

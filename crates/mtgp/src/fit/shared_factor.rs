@@ -13,12 +13,13 @@ use gp_core::optimize::{MinimizeOptions, Objective, Rounds, StopReason, minimize
 use gp_core::{FitPosterior, GpError, LogMarginal, add_prior_information, information};
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
 
+use super::options::MultiTaskOptions;
+use super::rank_part::rank_part;
+use super::task_fit::TaskFit;
 use crate::error::{MtgpError, require_count};
 use crate::layout::Stacked;
 use crate::prior::MultiTaskCovariance;
-use crate::rank_part::rank_part;
 use crate::task_cov::{TaskCovariance, TaskFactor};
-use crate::task_fit::{MultiTaskOptions, TaskFit};
 
 /// Evaluations of the sum after which the metric of the search is renewed, and the nats that a round must gain.
 const ROUNDS: Rounds = Rounds {
