@@ -26,10 +26,9 @@ pub use evidence::{
     log_marginal_likelihood_with_gradient, spread_rows,
 };
 pub use fit::{
-    BayesLinear, CovarianceFit, Fit, InformedFit, LINEAR_NOISE_VAR, LinearForm, ParameterPrior,
-    RegressorSamples, RigidBodyAndProcess, RigidBodyCovariance, WEIGHT_VAR, chapter_start, fit,
-    fit_covariance, fit_from, fit_informed, fit_rigid_body, fit_rigid_body_and_process,
-    varied_start,
+    BayesLinear, Fit, InformedFit, LINEAR_NOISE_VAR, LinearForm, ParameterPrior, RegressorSamples,
+    RigidBodyAndProcess, RigidBodyCovariance, WEIGHT_VAR, chapter_start, fit, fit_covariance,
+    fit_from, fit_informed, fit_rigid_body, fit_rigid_body_and_process, varied_start,
 };
 pub use fit_posterior::FitPosterior;
 pub use low_rank_posterior::{LowRankParts, LowRankPosterior};
@@ -42,6 +41,6 @@ pub use model::{
 pub use optimize::StopReason;
 pub use posterior::{Posterior, Prediction};
 pub use search::{
-    FitOptions, FitReport, SearchEnd, SearchScheme, StageReport, StartKind, StartPoint,
-    StartReport, Starts, highest, no_usable_start, refine, search, search_near,
+    Distance, FitOptions, FitReport, Found, Limits, Origin, Plan, SearchEnd, SearchScheme, Stage,
+    StageReport, Start, StartReport, Starts, climb, highest, refine, search,
 };

@@ -44,10 +44,10 @@ pub use context_filter::{ContextFilter, ContextTransition};
 pub use context_tracker::ContextTracker;
 pub use error::MtgpError;
 pub use fit::{
-    AugmentedTargets, Criterion, JointStart, MultiTaskOptions, Origin, RankCandidate, RankChoice,
-    RankCounts, RankPart, SharedFit, StageOne, TaskFit, TaskFitReport, TaskStart, augmented_k_task,
-    augmented_targets, choose_rank, choose_rank_per_joint, fit_independent, fit_pooled, fit_rank,
-    fit_rank_from, fit_ranks, fit_ranks_telling, fit_separate, fit_shared, rank_part,
+    AugmentedTargets, Criterion, MultiTaskOptions, RankCandidate, RankChoice, RankCounts, RankPart,
+    SharedFit, StageOne, TaskFit, augmented_k_task, augmented_targets, choose_rank,
+    choose_rank_per_joint, fit_independent, fit_pooled, fit_rank, fit_rank_from, fit_ranks,
+    fit_ranks_telling, fit_separate, fit_shared, rank_part,
 };
 pub use integrated_block::{IntegratedBlock, StudentT};
 pub use kron::{BlockGradient, CompleteBlock};

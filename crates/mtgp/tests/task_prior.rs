@@ -1,7 +1,7 @@
 //! Sec. 5: priors of K^ρ, and the block that is averaged over it, against integration by sums at m = 2.
 
 use faer::{Mat, mat};
-use gp_core::{FitOptions, Likelihood, LikelihoodOptions, LogMarginal, StartKind, search};
+use gp_core::{FitOptions, Likelihood, LikelihoodOptions, LogMarginal, Start, search};
 use kernels::{Covariance, TorqueCovariance, TorqueParams};
 use mtgp::{
     IntegratedBlock, MtgpError, MultiTaskCovariance, NoiseFreeBlock, Stacked, TaskCovariance,
@@ -197,8 +197,8 @@ fn a_strong_prior_pulls_the_most_probable_k_task_to_it() {
         );
         let likelihood = LogMarginal::new(data.inputs(), &targets, LikelihoodOptions::dense());
         let mut posterior = WithTaskPrior::new(likelihood, prior.unwrap(), TaskMeasure::Matrix);
-        let options = FitOptions::chapter();
-        let end = search(&mut posterior, &covariance, 0.3, StartKind::Given, &options);
+        let limits = FitOptions::chapter().limits();
+        let end = search(&mut posterior, &Start::given(covariance, 0.3), &limits);
         let k = end.covariance.task().k_task();
         k[(1, 0)] / (k[(0, 0)] * k[(1, 1)]).sqrt()
     };

@@ -1,40 +1,89 @@
 //! Learning the hyperparameters of any covariance, from starts of the caller's choice.
 
-use faer::MatRef;
-use kernels::Covariance;
+use faer::{Mat, MatRef};
+use kernels::{Covariance, TorqueCovariance};
 
 use crate::data::{require_noise, require_training_data};
 use crate::error::GpError;
-use crate::evidence::{LogMarginal, spread_rows, subset};
+use crate::evidence::{LikelihoodOptions, LogMarginal, spread_rows, subset};
 use crate::fit_posterior::FitPosterior;
-use crate::search::{
-    FitOptions, SearchEnd, SearchScheme, StartKind, StartReport, highest, no_usable_start, refine,
-    search, search_near, stage_sizes,
-};
+use crate::search::{FitOptions, FitReport, Found, Plan, Start, climb};
 
-/// A function of any covariance, learned.
+/// A function of some covariance, learned; a joint's torque by default.
 #[derive(Debug, Clone)]
-pub struct CovarianceFit<C> {
+pub struct Fit<C = TorqueCovariance> {
     /// The process with the hyperparameters found, conditioned on the data.
     pub posterior: FitPosterior<C>,
-    /// The search on all samples that reached the highest likelihood.
-    pub report: StartReport,
-    /// Index of the start that it set out from.
-    pub winner: usize,
-    /// Starts that were compared.
-    pub n_starts: usize,
-    /// Likelihoods with gradient of all searches together.
-    pub evaluations: usize,
-    /// Hyperparameters that ended on a bound, by name.
-    pub bounds_hit: Vec<String>,
-    /// Bound on the error of the log marginal likelihood at the end, nats.
-    pub error_bound: f64,
+    /// How the hyperparameters were found.
+    pub report: FitReport,
 }
 
-impl<C> CovarianceFit<C> {
-    /// Log marginal likelihood at the end, natural log, summed over the data.
+impl<C: Covariance> Fit<C> {
+    /// The covariance with the hyperparameters found.
+    pub fn covariance(&self) -> &C {
+        self.posterior.covariance()
+    }
+
+    /// The noise standard deviation found, in target units.
+    pub fn noise_std(&self) -> f64 {
+        self.posterior.noise_std()
+    }
+
+    /// Log marginal likelihood, natural log, summed over the data.
     pub fn log_marginal(&self) -> f64 {
         self.report.log_marginal
+    }
+
+    /// Conditions on the data with the hyperparameters that a search found.
+    ///
+    /// # Errors
+    /// As for [`FitPosterior::new`].
+    /// # Panics
+    /// If `x` does not have the number of columns that the covariance needs.
+    pub fn new(
+        found: Found<C>,
+        x: MatRef<'_, f64>,
+        targets: &[f64],
+        likelihood: LikelihoodOptions,
+    ) -> Result<Self, GpError> {
+        let (covariance, noise_std) = (found.covariance, found.noise_std);
+        let (posterior, error_bound) =
+            FitPosterior::with_error_bound(covariance, noise_std, x, targets, likelihood)?;
+        let report = FitReport {
+            log_marginal: found.log_marginal,
+            winner: found.winner,
+            bounds_hit: found.bounds_hit,
+            jitter_added: 0.0,
+            method: posterior.method(),
+            rank: posterior.rank(),
+            error_bound,
+            condition_lower_bound: posterior.condition_lower_bound(),
+            seconds: None,
+            stages: found.stages,
+        };
+        Ok(Self { posterior, report })
+    }
+}
+
+impl<C: Covariance + Clone> Fit<C> {
+    /// Climbs eq. (8) as a plan says, and conditions on all samples.
+    pub(super) fn climb(
+        x: MatRef<'_, f64>,
+        targets: &[f64],
+        starts: &[Start<C>],
+        plan: &Plan,
+        likelihood: LikelihoodOptions,
+    ) -> Result<Self, GpError> {
+        let n_samples = targets.len();
+        let before_last = &plan.stages[..plan.stages.len().saturating_sub(1)];
+        let subsets: Vec<(Mat<f64>, Vec<f64>)> = (before_last.iter())
+            .map(|stage| subset(x, targets, &spread_rows(n_samples, stage.n_samples)))
+            .collect();
+        let on = |stage: usize| match subsets.get(stage) {
+            Some((x, targets)) => LogMarginal::new(x.as_ref(), targets, likelihood),
+            None => LogMarginal::new(x, targets, likelihood),
+        };
+        Self::new(climb(on, starts, plan)?, x, targets, likelihood)
     }
 }
 
@@ -44,7 +93,7 @@ impl<C> CovarianceFit<C> {
 /// more, unless `options.scheme` asks for all samples from the beginning.
 /// Sequential and deterministic; `options.starts` is not used.
 /// # Shapes
-/// `x` (n, d), rows as the covariance needs them; `targets` (n,); `starts` (covariance, σ).
+/// `x` (n, d), rows as the covariance needs them; `targets` (n,).
 /// # Errors
 /// Fewer than 2 samples, data that is not finite or does not match, a σ that is not positive, or no
 /// start with a finite likelihood.
@@ -55,74 +104,13 @@ impl<C> CovarianceFit<C> {
 pub fn fit_covariance<C: Covariance + Clone>(
     x: MatRef<'_, f64>,
     targets: &[f64],
-    starts: &[(C, f64)],
+    starts: &[Start<C>],
     options: &FitOptions,
-) -> Result<CovarianceFit<C>, GpError> {
+) -> Result<Fit<C>, GpError> {
     require_training_data(x, targets, 2)?;
-    for (_, noise_std) in starts {
-        require_noise(*noise_std)?;
+    for start in starts {
+        require_noise(start.noise_std)?;
     }
-    let n_samples = targets.len();
-    let sizes = match options.scheme {
-        SearchScheme::Whole => vec![n_samples],
-        SearchScheme::Nested => stage_sizes(n_samples),
-    };
-    let (some_x, some_targets) = subset(x, targets, &spread_rows(n_samples, sizes[0]));
-    let (winner, mut best, mut evaluations) =
-        best_start(some_x.as_ref(), &some_targets, starts, options)?;
-    for &n in &sizes[1..] {
-        let (some_x, some_targets) = subset(x, targets, &spread_rows(n_samples, n));
-        let mut evidence = LogMarginal::new(some_x.as_ref(), &some_targets, options.likelihood);
-        let (covariance, noise_std) = (&best.covariance, best.noise_std);
-        let kind = StartKind::Given;
-        best = search_near(&mut evidence, covariance, noise_std, kind, options);
-        evaluations += best.report.evaluations;
-    }
-    if !best.report.log_marginal.is_finite() {
-        return Err(no_usable_start(&[best]));
-    }
-    let bounds_hit = best.bounds_hit();
-    let (posterior, error_bound) = FitPosterior::with_error_bound(
-        best.covariance,
-        best.noise_std,
-        x,
-        targets,
-        options.likelihood,
-    )?;
-    Ok(CovarianceFit {
-        posterior,
-        report: best.report,
-        winner,
-        n_starts: starts.len(),
-        evaluations,
-        bounds_hit,
-        error_bound,
-    })
-}
-
-/// The start whose search ends highest, the first of equals; its end; the evaluations of all.
-fn best_start<C: Covariance + Clone>(
-    x: MatRef<'_, f64>,
-    targets: &[f64],
-    starts: &[(C, f64)],
-    options: &FitOptions,
-) -> Result<(usize, SearchEnd<C>, usize), GpError> {
-    let mut evidence = LogMarginal::new(x, targets, options.likelihood);
-    let to_come_near = FitOptions {
-        max_evaluations: options.max_evaluations.div_ceil(2),
-        ..options.clone()
-    };
-    let mut ends: Vec<SearchEnd<C>> = (starts.iter())
-        .map(|(covariance, noise_std)| {
-            let kind = StartKind::Given;
-            search(&mut evidence, covariance, *noise_std, kind, &to_come_near)
-        })
-        .collect();
-    let mut evaluations = ends.iter().map(|end| end.report.evaluations).sum();
-    let idx = highest(&ends).ok_or_else(|| no_usable_start(&ends))?;
-    let mut end = ends.swap_remove(idx);
-    let before = end.report.evaluations;
-    refine(&mut evidence, &mut end, &to_come_near);
-    evaluations += end.report.evaluations - before;
-    Ok((idx, end, evaluations))
+    let plan = Plan::compared(targets.len(), options.scheme, options.limits());
+    Fit::climb(x, targets, starts, &plan, options.likelihood)
 }

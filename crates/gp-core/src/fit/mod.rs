@@ -7,12 +7,12 @@ mod rigid_body;
 mod torque;
 
 pub use chapter_start::{chapter_start, varied_start};
-pub use covariance::{CovarianceFit, fit_covariance};
+pub use covariance::{Fit, fit_covariance};
 pub use linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, WEIGHT_VAR};
 pub use rigid_body::{
     InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess, RigidBodyCovariance,
     fit_informed, fit_rigid_body, fit_rigid_body_and_process,
 };
-pub use torque::{Fit, fit, fit_from};
+pub use torque::{fit, fit_from};
 
 pub(crate) use rigid_body::predict_informed;

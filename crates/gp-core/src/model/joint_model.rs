@@ -60,10 +60,14 @@ pub struct FitSummary {
 }
 
 impl FitSummary {
-    fn of(report: &FitReport) -> Self {
+    /// What a model keeps of a report.
+    ///
+    /// # Panics
+    /// If the report has no stage, which that of a fit never is.
+    pub fn of(report: &FitReport) -> Self {
         Self {
             log_marginal: report.log_marginal,
-            start: report.winning_start().kind.to_string(),
+            start: report.origin().to_string(),
             n_starts: report.stages.first().map_or(0, |stage| stage.starts.len()),
             evaluations: report.evaluations(),
             bounds_hit: report.bounds_hit.clone(),

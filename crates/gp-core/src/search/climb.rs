@@ -1,18 +1,21 @@
-//! The search for the highest likelihood from one start, for any covariance.
+//! The search for the highest likelihood, for any covariance.
+//!
+//! [`search`] climbs from one start and [`refine`] goes the last part of the way; [`climb`] follows a plan
+//! of such searches, on more and more samples and from fewer and fewer starts.
 
 use std::cell::{Cell, RefCell};
 use std::mem::discriminant;
 
 use faer::MatRef;
-use kernels::{Covariance, TorqueCovariance};
+use kernels::Covariance;
 
-use super::options::FitOptions;
-use super::report::StartReport;
-use super::start::{StartKind, StartPoint};
+use super::options::Limits;
+use super::plan::{MIN_WORK, Plan, Stage, Tried};
+use super::report::{self, StageReport, StartReport};
+use super::start::{Distance, Origin, Start};
 use crate::error::GpError;
 use crate::evidence::{
-    Likelihood, LogMarginal, add_prior_information, information, layout_with_noise, split_noise,
-    with_noise,
+    Likelihood, add_prior_information, information, layout_with_noise, split_noise, with_noise,
 };
 use crate::optimize::{
     Budgeted, Known, Metric, MinimizeOptions, Minimum, Objective, Reparametrised, Resumed, Scaled,
@@ -41,6 +44,15 @@ const AUDIBLE: f64 = 1.0;
 /// Change of the logarithm of a faded hyperparameter that is worth the likelihood it takes.
 const WORTH_A_MOVE: f64 = 0.1;
 
+/// Mean squared standardised residual beyond which σ is raised.
+const TOO_SURE: f64 = 4.0;
+
+/// Times that σ is raised at most.
+const MAX_RAISES: usize = 2;
+
+/// Part of the limit on rounding at which a search may set out.
+const INSIDE: f64 = 0.5;
+
 /// Where the search from one start ended.
 #[derive(Debug, Clone)]
 pub struct SearchEnd<C> {
@@ -53,19 +65,19 @@ pub struct SearchEnd<C> {
     /// −log p with its gradient, in unconstrained coordinates; `None` before the first evaluation.
     known: Option<Known>,
     /// Why the start has no likelihood; `None` if it has one.
-    pub(crate) failure: Option<GpError>,
+    failure: Option<GpError>,
 }
 
 impl<C: Covariance> SearchEnd<C> {
     /// A search that has not begun.
-    pub(crate) fn at(covariance: C, noise_std: f64, kind: StartKind) -> Self {
+    fn at(start: Start<C>) -> Self {
         Self {
-            covariance,
-            noise_std,
+            covariance: start.covariance,
+            noise_std: start.noise_std,
             known: None,
             failure: None,
             report: StartReport {
-                kind,
+                origin: start.origin,
                 initial_log_marginal: None,
                 log_marginal: f64::NEG_INFINITY,
                 iterations: 0,
@@ -104,6 +116,11 @@ impl<C: Covariance> SearchEnd<C> {
         self.report.projected_gradient = earlier.report.projected_gradient;
     }
 
+    /// Where another search may set out.
+    fn into_start(self, distance: Distance) -> Start<C> {
+        Start::new(self.report.origin, self.covariance, self.noise_std).at(distance)
+    }
+
     /// Hyperparameters that ended on a bound, by name.
     pub fn bounds_hit(&self) -> Vec<String> {
         let theta = with_noise(&self.covariance, self.noise_std);
@@ -131,26 +148,42 @@ impl<C: Covariance> SearchEnd<C> {
     }
 }
 
-/// Climbs eq. (8) from one start, over the hyperparameters of the covariance and σ.
+/// Climbs a likelihood from one start, over the hyperparameters of the covariance and σ.
 ///
 /// Bounds are those of the covariance's layout and σ² ≥ 10⁻⁴; entries that may have
 /// any sign are searched as they are.
-/// Steps are taken in the logarithms of the hyperparameters; see [`refine`] for the last part of the way.
+/// From afar, steps are taken in the logarithms of the hyperparameters; from nearby the search is
+/// [`refine`] from the first evaluation: see [`Distance`].
 /// The likelihood at the end is never below that at the start.
-/// Sequential and deterministic; `options.starts` is not used.
+/// Sequential and deterministic.
 /// # Panics
 /// If the inputs do not have the number of columns that the covariance needs.
 /// # Source
 /// Sec. 3 and A.1.
 pub fn search<C: Covariance + Clone>(
     evidence: &mut impl Likelihood<C>,
-    covariance: &C,
-    noise_std: f64,
-    kind: StartKind,
-    options: &FitOptions,
+    start: &Start<C>,
+    limits: &Limits,
 ) -> SearchEnd<C> {
-    let mut end = SearchEnd::at(covariance.clone(), noise_std, kind);
-    go_on(evidence, &mut end, None, options);
+    let mut end = SearchEnd::at(start.clone());
+    match start.distance {
+        Distance::Far => go_on(evidence, &mut end, None, limits),
+        Distance::Near => {
+            end.noise_std = enough_noise(evidence, &end.covariance, end.noise_std);
+            go_on(evidence, &mut end, None, &limits.with_evaluations(1));
+            let left = limits.max_evaluations.saturating_sub(1);
+            refine(evidence, &mut end, &limits.with_evaluations(left));
+        }
+        Distance::MoreSamples => {
+            end.move_inside_bounds();
+            let work = end.raise_noise(evidence);
+            refine(
+                evidence,
+                &mut end,
+                &limits.with_work(limits.max_work - work),
+            );
+        }
+    }
     end
 }
 
@@ -164,7 +197,7 @@ pub fn search<C: Covariance + Clone>(
 /// F is renewed every 150 evaluations, or 40 on many samples, and comes from at most 256 of the samples.
 /// Hyperparameters that have faded, such as length scales on their way to infinity, are
 /// brought back before: see [`Covariance::audible`].
-/// `options` limits the evaluations and the work of this part alone.
+/// The limits are those of this part alone.
 /// The likelihood never falls.
 /// # Panics
 /// As for [`search`].
@@ -173,14 +206,14 @@ pub fn search<C: Covariance + Clone>(
 pub fn refine<C: Covariance + Clone>(
     evidence: &mut impl Likelihood<C>,
     end: &mut SearchEnd<C>,
-    options: &FitOptions,
+    limits: &Limits,
 ) {
     let round = if evidence.n_samples() > MANY_SAMPLES {
         SHORT_ROUND
     } else {
         ROUND
     };
-    let (mut evaluations, mut work) = (options.max_evaluations, options.max_work);
+    let (mut evaluations, mut work) = (limits.max_evaluations, limits.max_work);
     let mut is_settled = true;
     while evaluations > 0 && work > 0.0 {
         let before = end.clone();
@@ -188,11 +221,7 @@ pub fn refine<C: Covariance + Clone>(
         if before.report.stop == StopReason::GradientSmall && !is_moved {
             return;
         }
-        let of_round = FitOptions {
-            max_evaluations: evaluations.min(round),
-            max_work: work,
-            ..options.clone()
-        };
+        let of_round = (limits.with_evaluations(evaluations.min(round))).with_work(work);
         let metric = fisher_metric(evidence, end);
         go_on(evidence, end, metric, &of_round);
 
@@ -210,94 +239,12 @@ pub fn refine<C: Covariance + Clone>(
     }
 }
 
-/// Climbs from where an optimum is near, such as the end of a search on fewer data: [`refine`] from the
-/// first evaluation.
-///
-/// Of more data rounding may leave too little of the likelihood there; σ is then raised until it is within
-/// half the limit.
-/// # Panics
-/// As for [`search`].
-pub fn search_near<C: Covariance + Clone>(
-    evidence: &mut impl Likelihood<C>,
-    covariance: &C,
-    noise_std: f64,
-    kind: StartKind,
-    options: &FitOptions,
-) -> SearchEnd<C> {
-    let with = |max_evaluations| FitOptions {
-        max_evaluations,
-        ..options.clone()
-    };
-    let noise_std = enough_noise(evidence, covariance, noise_std, MAX_ROUNDING);
-    let mut end = search(evidence, covariance, noise_std, kind, &with(1));
-    let left = options.max_evaluations.saturating_sub(1);
-    refine(evidence, &mut end, &with(left));
-    end
-}
-
-/// Climbs from a candidate: from a stage with fewer samples, with noise enough for more of them.
-pub(crate) fn search_on(
-    evidence: &mut LogMarginal<'_>,
-    from: &Candidate,
-    options: &FitOptions,
-) -> SearchEnd<TorqueCovariance> {
-    let mut start = from.clone();
-    if !from.is_heir {
-        return search(
-            evidence,
-            &start.covariance,
-            start.noise_std,
-            start.kind,
-            options,
-        );
-    }
-    start.keep_inside();
-    let opening = Opening::find(evidence, &start.covariance, start.noise_std, MAX_ROUNDING);
-    let mut end = SearchEnd::at(start.covariance, start.noise_std, start.kind);
-    let mut left = options.max_work;
-    if let Some(opening) = opening {
-        left -= opening.work;
-        end.open_with(&opening);
-    }
-    let options = FitOptions {
-        max_work: left,
-        ..options.clone()
-    };
-    refine(evidence, &mut end, &options);
-    end
-}
-
-impl<C: Covariance> SearchEnd<C> {
-    /// Sets out from a point that has been evaluated.
-    fn open_with(&mut self, opening: &Opening) {
-        self.noise_std = opening.noise_std;
-        let objective = Reparametrised::new(
-            &layout_with_noise(&self.covariance),
-            |_: &[f64], _: &mut [f64]| 0.0,
-        );
-        let z = objective.unconstrained(&with_noise(&self.covariance, self.noise_std));
-        let mut gradient: Vec<f64> = opening.gradient.iter().map(|g| -g).collect();
-        objective.pull_back(&z, &mut gradient);
-        self.report.initial_log_marginal = Some(opening.log_marginal);
-        self.report.log_marginal = opening.log_marginal;
-        self.report.evaluations = opening.evaluations;
-        self.report.work = opening.work;
-        self.report.projected_gradient = objective.projected_gradient(&z, &gradient);
-        self.report.stop = StopReason::WorkLimit;
-        self.known = Some(Known {
-            z,
-            value: -opening.log_marginal,
-            gradient,
-        });
-    }
-}
-
 /// One run of the optimiser from where the search is, in the coordinates of a metric.
 fn go_on<C: Covariance + Clone>(
     evidence: &mut impl Likelihood<C>,
     end: &mut SearchEnd<C>,
     metric: Option<Metric>,
-    options: &FitOptions,
+    limits: &Limits,
 ) {
     let mut trial = end.covariance.clone();
     let work = Cell::new(0.0);
@@ -339,8 +286,8 @@ fn go_on<C: Covariance + Clone>(
     let objective = Resumed::new(objective, end.known.take());
     let objective = Scaled::new(objective, z, metric);
     let start = objective.start();
-    let mut objective = Budgeted::new(objective, &work, options.max_work);
-    let minimum = minimize(&mut objective, &start, &minimize_options(options));
+    let mut objective = Budgeted::new(objective, &work, limits.max_work);
+    let minimum = minimize(&mut objective, &start, &minimize_options(limits));
 
     let scaled = objective.into_inner();
     let known = Known {
@@ -358,6 +305,11 @@ fn go_on<C: Covariance + Clone>(
     end.add(&minimum, n_new, work.get());
 }
 
+/// The bounds of (θ, σ), without a function on them.
+fn bounds<C: Covariance>(covariance: &C) -> Reparametrised<fn(&[f64], &mut [f64]) -> f64> {
+    Reparametrised::new(&layout_with_noise(covariance), |_, _| 0.0)
+}
+
 /// The metric where a search is.
 fn fisher_metric<C: Covariance + Clone>(
     evidence: &impl Likelihood<C>,
@@ -365,176 +317,118 @@ fn fisher_metric<C: Covariance + Clone>(
 ) -> Option<Metric> {
     let z = match end.known.as_ref() {
         Some(known) => known.z.clone(),
-        None => Reparametrised::new(
-            &layout_with_noise(&end.covariance),
-            |_: &[f64], _: &mut [f64]| 0.0,
-        )
-        .unconstrained(&with_noise(&end.covariance, end.noise_std)),
+        None => bounds(&end.covariance).unconstrained(&with_noise(&end.covariance, end.noise_std)),
     };
     let mut information = information(&evidence.parts(), &end.covariance, &z)?;
     add_prior_information(&mut information);
     Metric::new(information.as_ref())
 }
 
-/// The values nearest to θ and σ from which a search can set out: inside their bounds.
-pub(crate) fn inside_bounds<C: Covariance>(covariance: &mut C, noise_std: f64) -> f64 {
-    let theta = with_noise(covariance, noise_std);
-    let bounds = Reparametrised::new(
-        &layout_with_noise(covariance),
-        |_: &[f64], _: &mut [f64]| 0.0,
-    );
-    let theta = bounds.natural(&bounds.unconstrained(&theta));
-    let (of_covariance, noise_std) = split_noise(&theta);
-    covariance.set_params(of_covariance);
-    noise_std
-}
-
-fn minimize_options(options: &FitOptions) -> MinimizeOptions {
+fn minimize_options(limits: &Limits) -> MinimizeOptions {
     MinimizeOptions {
-        gradient_tolerance: options.gradient_tolerance,
-        value_tolerance: options.value_tolerance,
-        max_evaluations: options.max_evaluations,
+        gradient_tolerance: limits.gradient_tolerance,
+        value_tolerance: limits.value_tolerance,
+        max_evaluations: limits.max_evaluations,
         max_recoveries: 10,
     }
 }
 
-/// A point from which a stage sets out.
-#[derive(Debug, Clone)]
-pub(crate) struct Candidate {
-    pub kind: StartKind,
-    pub covariance: TorqueCovariance,
-    pub noise_std: f64,
-    /// Whether it comes from a stage with fewer samples.
-    pub is_heir: bool,
-}
-
-impl Candidate {
-    /// A start of the first stage.
-    pub fn of(start: &StartPoint) -> Self {
-        Self {
-            kind: start.kind,
-            covariance: start.covariance.clone(),
-            noise_std: start.noise_std,
-            is_heir: false,
-        }
-    }
-
-    /// The end of a search on fewer samples.
-    pub fn heir(end: &SearchEnd<TorqueCovariance>) -> Self {
-        Self {
-            kind: end.report.kind,
-            covariance: end.covariance.clone(),
-            noise_std: end.noise_std,
-            is_heir: true,
-        }
-    }
-
+/// The first likelihood on more samples than before, with noise enough for them.
+///
+/// Hyperparameters of few samples may be sure of more than many samples bear out:
+/// a step that fell between two of them, fitted with hardly any noise, costs
+/// 10⁵ nats where samples come closer.
+/// A search would spend its work on the way back, so σ is raised first.
+impl<C: Covariance> SearchEnd<C> {
     /// Moves hyperparameters that sit on a bound a little inside it.
-    pub fn keep_inside(&mut self) {
-        self.noise_std = inside_bounds(&mut self.covariance, self.noise_std);
+    fn move_inside_bounds(&mut self) {
+        let bounds = bounds(&self.covariance);
+        let theta = with_noise(&self.covariance, self.noise_std);
+        let theta = bounds.natural(&bounds.unconstrained(&theta));
+        let (of_covariance, noise_std) = split_noise(&theta);
+        self.covariance.set_params(of_covariance);
+        self.noise_std = noise_std;
     }
-}
 
-/// Mean squared standardised residual beyond which σ is raised.
-const TOO_SURE: f64 = 4.0;
-
-/// Times that σ is raised at most.
-const MAX_RAISES: usize = 2;
-
-/// Part of the limit on rounding at which a search may set out.
-const INSIDE: f64 = 0.5;
-
-/// Where a search on more samples sets out, with the likelihood there.
-#[derive(Debug, Clone)]
-pub(crate) struct Opening {
-    pub noise_std: f64,
-    pub log_marginal: f64,
-    /// With respect to (θ, σ).
-    pub gradient: Vec<f64>,
-    pub evaluations: usize,
-    pub work: f64,
-}
-
-impl Opening {
-    /// Raises σ until the residuals are no surprise; `None` where there is no likelihood.
+    /// Raises σ until the residuals are no surprise, and stays as it is where there is no likelihood.
     ///
     /// ```text
     /// ρ = σ²|α|²/n ≈ 1 + (σ/n) ∂ log p/∂σ,    σ ← σ √ρ  while ρ > 4, at most twice
     /// ```
     /// as ∂ log p/∂σ = σ(|α|² − tr K⁻¹) and tr K⁻¹ ≤ n/σ²; σ²α are the residuals of the
     /// posterior mean, so that σ√ρ is their root mean square.
+    /// Returns the work that it took; none where there is no likelihood.
     /// # Source
     /// The update of the noise in the EM algorithm, without the posterior variance:
     /// Dempster, Laird & Rubin 1977, sec. 4.
-    pub fn find<C: Covariance>(
-        evidence: &mut impl Likelihood<C>,
-        covariance: &C,
-        noise_std: f64,
-        max_rounding: f64,
-    ) -> Option<Self> {
-        let nats = evidence.rounding(covariance, noise_std);
-        let mut opening = Self {
-            noise_std: raised(noise_std, nats, max_rounding),
-            log_marginal: f64::NEG_INFINITY,
-            gradient: vec![0.0; covariance.n_params() + 1],
-            evaluations: 0,
-            work: 0.0,
-        };
-        for round in 0..=MAX_RAISES {
-            let surprise = opening.evaluate(evidence, covariance)?;
-            if surprise <= TOO_SURE || round == MAX_RAISES {
-                break;
+    fn raise_noise(&mut self, evidence: &mut impl Likelihood<C>) -> f64 {
+        let nats = evidence.rounding(&self.covariance, self.noise_std);
+        let mut noise_std = raised(self.noise_std, nats);
+        let mut gradient = vec![0.0; self.covariance.n_params() + 1];
+        let (mut evaluations, mut work) = (0, 0.0);
+        let log_marginal = loop {
+            let outcome = evidence.evaluate(&self.covariance, noise_std, &mut gradient);
+            evaluations += 1;
+            work += evidence.work(&outcome);
+            let Ok(evaluation) = outcome else {
+                return 0.0;
+            };
+            let slope = gradient[gradient.len() - 1];
+            let surprise = 1.0 + noise_std * slope / evidence.n_samples() as f64;
+            if surprise <= TOO_SURE || evaluations > MAX_RAISES {
+                break evaluation.log_marginal_likelihood;
             }
-            opening.noise_std *= surprise.sqrt();
-        }
-        Some(opening)
-    }
+            noise_std *= surprise.sqrt();
+        };
 
-    /// ρ at the present σ.
-    fn evaluate<C: Covariance>(
-        &mut self,
-        evidence: &mut impl Likelihood<C>,
-        covariance: &C,
-    ) -> Option<f64> {
-        let evaluation = evidence.evaluate(covariance, self.noise_std, &mut self.gradient);
-        self.evaluations += 1;
-        self.work += evidence.work(&evaluation);
-        self.log_marginal = evaluation.ok()?.log_marginal_likelihood;
-        let slope = self.gradient.last()?;
-        Some(1.0 + self.noise_std * slope / evidence.n_samples() as f64)
+        let bounds = bounds(&self.covariance);
+        let z = bounds.unconstrained(&with_noise(&self.covariance, noise_std));
+        for slope in &mut gradient {
+            *slope = -*slope;
+        }
+        bounds.pull_back(&z, &mut gradient);
+        self.noise_std = noise_std;
+        self.report.initial_log_marginal = Some(log_marginal);
+        self.report.log_marginal = log_marginal;
+        self.report.evaluations = evaluations;
+        self.report.work = work;
+        self.report.projected_gradient = bounds.projected_gradient(&z, &gradient);
+        self.report.stop = StopReason::WorkLimit;
+        self.known = Some(Known {
+            z,
+            value: -log_marginal,
+            gradient,
+        });
+        work
     }
 }
 
 /// σ, or what it takes for a search to set out where rounding would be more than the limit in nats.
-pub(crate) fn enough_noise<C: Covariance>(
+fn enough_noise<C: Covariance>(
     evidence: &impl Likelihood<C>,
     covariance: &C,
     noise_std: f64,
-    max_rounding: f64,
 ) -> f64 {
     let nats = evidence.rounding(covariance, noise_std);
-    if nats > max_rounding && nats.is_finite() {
-        raised(noise_std, nats, max_rounding)
+    if nats > MAX_ROUNDING && nats.is_finite() {
+        raised(noise_std, nats)
     } else {
         noise_std
     }
 }
 
 /// σ at which rounding of so many nats, which goes with 1/σ², is well inside the limit; never a smaller one.
-fn raised(noise_std: f64, nats: f64, max_rounding: f64) -> f64 {
-    noise_std * (nats / (INSIDE * max_rounding)).max(1.0).sqrt()
+fn raised(noise_std: f64, nats: f64) -> f64 {
+    noise_std * (nats / (INSIDE * MAX_ROUNDING)).max(1.0).sqrt()
 }
 
 /// Index of the highest finite likelihood; the earliest of equals.
 pub fn highest<C>(ends: &[SearchEnd<C>]) -> Option<usize> {
-    let value = |idx: usize| ends[idx].report.log_marginal;
-    (0..ends.len())
-        .filter(|&idx| value(idx).is_finite())
-        .reduce(|best, idx| if value(idx) > value(best) { idx } else { best })
+    report::highest(ends.iter().map(|end| end.report.log_marginal))
 }
 
 /// The error of a search none of whose ends has a likelihood, with the reason if all have the same.
-pub fn no_usable_start<C>(ends: &[SearchEnd<C>]) -> GpError {
+fn no_usable_start<C>(ends: &[SearchEnd<C>]) -> GpError {
     let failures: Option<Vec<&GpError>> = ends.iter().map(|end| end.failure.as_ref()).collect();
     let failures = failures.unwrap_or_default();
     let are_alike =
@@ -546,6 +440,136 @@ pub fn no_usable_start<C>(ends: &[SearchEnd<C>]) -> GpError {
     }
 }
 
+/// The highest end of all searches that a plan asked for.
+#[derive(Debug, Clone)]
+pub struct Found<C> {
+    /// The covariance with the hyperparameters found.
+    pub covariance: C,
+    /// σ found, in target units.
+    pub noise_std: f64,
+    /// Log marginal likelihood there, natural log, summed over the data.
+    pub log_marginal: f64,
+    /// Hyperparameters that ended on a bound, by name.
+    pub bounds_hit: Vec<String>,
+    /// The searches of every stage.
+    pub stages: Vec<StageReport>,
+    /// Index in the last stage of the start that led there.
+    pub winner: usize,
+}
+
+impl<C> Found<C> {
+    /// Where another search may set out.
+    pub fn into_start(self) -> Start<C> {
+        let winner = self.stages.last().map(|stage| &stage.starts[self.winner]);
+        let origin = winner.map_or(Origin::Given, |start| start.origin);
+        Start::new(origin, self.covariance, self.noise_std)
+    }
+
+    /// The same end, with the covariance as part of another.
+    pub fn map<D>(self, whole: impl FnOnce(C) -> D) -> Found<D> {
+        Found {
+            covariance: whole(self.covariance),
+            noise_std: self.noise_std,
+            log_marginal: self.log_marginal,
+            bounds_hit: self.bounds_hit,
+            stages: self.stages,
+            winner: self.winner,
+        }
+    }
+}
+
+/// Climbs as a plan says.
+///
+/// `data` gives the likelihood of a stage, counted from zero, on as many samples as the plan says.
+/// Where no search of a stage that set out from the one before has a likelihood, all starts set out again.
+/// # Errors
+/// [`GpError::NoUsableStart`] if no search of the last stage has a likelihood.
+/// # Panics
+/// As for [`search`].
+pub fn climb<C: Covariance + Clone, L: Likelihood<C>>(
+    mut data: impl FnMut(usize) -> L,
+    starts: &[Start<C>],
+    plan: &Plan,
+) -> Result<Found<C>, GpError> {
+    let mut ends: Vec<SearchEnd<C>> = Vec::new();
+    let mut stages = Vec::new();
+    for (idx, stage) in plan.stages.iter().enumerate() {
+        let before = highest(&ends).map(|best| ends.swap_remove(best).into_start(plan.later));
+        // Its matrices are as large as those of the posterior to come, so it ends here.
+        let mut evidence = data(idx);
+        ends = from_each(&mut evidence, stage.set_out(before.as_ref(), starts), stage);
+        if before.is_some() && highest(&ends).is_none() {
+            ends.extend(from_each(&mut evidence, starts.iter().collect(), stage));
+        }
+        stages.push(StageReport {
+            n_samples: evidence.n_samples(),
+            starts: ends.iter().map(|end| end.report.clone()).collect(),
+        });
+    }
+    let winner = highest(&ends).ok_or_else(|| no_usable_start(&ends))?;
+    let end = ends.swap_remove(winner);
+    Ok(Found {
+        bounds_hit: end.bounds_hit(),
+        covariance: end.covariance,
+        noise_std: end.noise_std,
+        log_marginal: end.report.log_marginal,
+        stages,
+        winner,
+    })
+}
+
+impl Stage {
+    /// The end of the stage before, if there is one, and the starts beside it.
+    fn set_out<'a, C>(
+        &self,
+        before: Option<&'a Start<C>>,
+        starts: &'a [Start<C>],
+    ) -> Vec<&'a Start<C>> {
+        let mut chosen: Vec<&Start<C>> = before.into_iter().collect();
+        match self.starts {
+            Tried::None if before.is_some() => (),
+            Tried::None | Tried::All => chosen.extend(starts),
+            Tried::LastFirst => chosen.extend(starts.iter().rev()),
+        }
+        chosen
+    }
+}
+
+/// Searches from each start in turn, as long as there is work left for the stage, and goes on from the highest end.
+fn from_each<C: Covariance + Clone>(
+    evidence: &mut impl Likelihood<C>,
+    starts: Vec<&Start<C>>,
+    stage: &Stage,
+) -> Vec<SearchEnd<C>> {
+    let mut left = stage.work;
+    let mut ends: Vec<SearchEnd<C>> = Vec::new();
+    for start in &starts {
+        if start.distance != Distance::MoreSamples {
+            left = left.min(stage.work_of_starts);
+        }
+        if left <= 0.0 && highest(&ends).is_some() {
+            break;
+        }
+        let work = if left > 0.0 { left } else { MIN_WORK };
+        let limits = stage.each.with_work(stage.each.max_work.min(work));
+        let end = search(evidence, start, &limits);
+        left -= end.report.work;
+        ends.push(end);
+    }
+    let is_refined = |best: usize| starts[best].distance == Distance::MoreSamples;
+    if let Some(best) = highest(&ends).filter(|&best| !is_refined(best)) {
+        let StartReport {
+            evaluations, work, ..
+        } = ends[best].report;
+        let limits = (stage
+            .each
+            .with_evaluations(stage.further.after(evaluations)))
+        .with_work(left.min(stage.each.max_work - work));
+        refine(evidence, &mut ends[best], &limits);
+    }
+    ends
+}
+
 #[cfg(test)]
 #[allow(clippy::float_cmp, reason = "bounds are taken over as they are")]
 mod tests {
@@ -553,12 +577,12 @@ mod tests {
     use kernels::{Constant, SeArd};
 
     use super::*;
-    use crate::evidence::LikelihoodOptions;
+    use crate::evidence::{LikelihoodOptions, LogMarginal};
 
     #[test]
     fn a_reason_is_given_where_all_starts_have_the_same() {
         let failed = |failure: GpError| {
-            let mut end = SearchEnd::at(Constant::new(1.0).unwrap(), 0.1, StartKind::Given);
+            let mut end = SearchEnd::at(Start::given(Constant::new(1.0).unwrap(), 0.1));
             end.failure = Some(failure);
             end
         };
@@ -591,13 +615,14 @@ mod tests {
         let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
         // A function that hardly varies: the residuals are the targets.
         let covariance = Constant::new(1e-6).unwrap();
-        let opening = Opening::find(&mut evidence, &covariance, 0.1, 0.1).unwrap();
+        let mut end = SearchEnd::at(Start::given(covariance, 0.1));
+        end.raise_noise(&mut evidence);
         // ρ = 900, then about 1.
-        assert!((opening.noise_std - 3.0).abs() < 0.01, "{opening:?}");
-        assert_eq!(opening.evaluations, 2);
+        assert!((end.noise_std - 3.0).abs() < 0.01, "{end:?}");
+        assert_eq!(end.report.evaluations, 2);
         // −½ Σ t²/σ² − n ln σ − ½ n ln 2π at σ = 3.
         let expected = -10.0 - 20.0 * 3.0_f64.ln() - 10.0 * std::f64::consts::TAU.ln();
-        assert!((opening.log_marginal - expected).abs() < 1e-3);
+        assert!((end.report.log_marginal - expected).abs() < 1e-3);
     }
 
     #[test]
@@ -605,8 +630,9 @@ mod tests {
         let (x, t) = data();
         let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
         let covariance = SeArd::new(3.0, vec![1.0]).unwrap();
-        let opening = Opening::find(&mut evidence, &covariance, 0.5, 0.1).unwrap();
-        assert_eq!((opening.noise_std, opening.evaluations), (0.5, 1));
+        let mut end = SearchEnd::at(Start::given(covariance, 0.5));
+        end.raise_noise(&mut evidence);
+        assert_eq!((end.noise_std, end.report.evaluations), (0.5, 1));
     }
 
     #[test]
@@ -614,9 +640,10 @@ mod tests {
         let (x, t) = data();
         let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
         let covariance = SeArd::new(1e6, vec![1.0]).unwrap();
-        let opening = Opening::find(&mut evidence, &covariance, 0.01, 0.1).unwrap();
-        let bound = evidence.rounding(&covariance, opening.noise_std);
+        let mut end = SearchEnd::at(Start::given(covariance, 0.01));
+        end.raise_noise(&mut evidence);
+        let bound = evidence.rounding(&end.covariance, end.noise_std);
         assert!(bound <= 0.1, "{bound}");
-        assert!(opening.noise_std > 0.01);
+        assert!(end.noise_std > 0.01);
     }
 }

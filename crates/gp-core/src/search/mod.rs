@@ -6,10 +6,8 @@ mod plan;
 mod report;
 mod start;
 
-pub use climb::{SearchEnd, highest, no_usable_start, refine, search, search_near};
-pub use options::{FitOptions, SearchScheme, Starts};
+pub use climb::{Found, SearchEnd, climb, highest, refine, search};
+pub use options::{FitOptions, Limits, SearchScheme, Starts};
+pub use plan::{Further, Plan, Stage, Tried};
 pub use report::{FitReport, StageReport, StartReport};
-pub use start::{StartKind, StartPoint};
-
-pub(crate) use climb::{Candidate, search_on};
-pub(crate) use plan::stage_sizes;
+pub use start::{Distance, Origin, Start};

@@ -1,6 +1,6 @@
 //! From where, on which samples, how long and how hard to search.
 
-use super::start::StartKind;
+use super::start::Origin;
 use crate::evidence::LikelihoodOptions;
 
 /// From where the search sets out.
@@ -16,14 +16,14 @@ pub enum Starts {
 
 impl Starts {
     /// The variations of eq. (22) that it stands for, in the order tried.
-    pub fn kinds(self) -> &'static [StartKind] {
+    pub fn origins(self) -> &'static [Origin] {
         match self {
-            Self::Chapter => &[StartKind::Chapter],
+            Self::Chapter => &[Origin::Chapter],
             Self::Several => &[
-                StartKind::Chapter,
-                StartKind::TypicalPairs,
-                StartKind::TypicalPairsLowNoise,
-                StartKind::SlowInRates,
+                Origin::Chapter,
+                Origin::TypicalPairs,
+                Origin::TypicalPairsLowNoise,
+                Origin::SlowInRates,
             ],
         }
     }
@@ -84,5 +84,45 @@ impl FitOptions {
             max_evaluations: 600,
             ..Self::chapter()
         }
+    }
+
+    /// What each search may take.
+    pub fn limits(&self) -> Limits {
+        Limits {
+            max_evaluations: self.max_evaluations,
+            max_work: self.max_work,
+            gradient_tolerance: self.gradient_tolerance,
+            value_tolerance: self.value_tolerance,
+        }
+    }
+}
+
+/// What one search may take, and when it is over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Likelihoods with gradient.
+    pub max_evaluations: usize,
+    /// Work, in likelihoods by the dense path.
+    pub max_work: f64,
+    /// Converged when no component of the projected gradient is larger, in nats.
+    pub gradient_tolerance: f64,
+    /// Stalled when an iteration gains less, in nats.
+    pub value_tolerance: f64,
+}
+
+impl Limits {
+    /// The same limits with other evaluations.
+    #[must_use]
+    pub fn with_evaluations(self, max_evaluations: usize) -> Self {
+        Self {
+            max_evaluations,
+            ..self
+        }
+    }
+
+    /// The same limits with other work.
+    #[must_use]
+    pub fn with_work(self, max_work: f64) -> Self {
+        Self { max_work, ..self }
     }
 }

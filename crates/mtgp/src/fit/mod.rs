@@ -2,7 +2,6 @@
 
 mod augmented_targets;
 mod baselines;
-mod climb;
 mod moments;
 mod options;
 mod parts;
@@ -15,12 +14,12 @@ mod task_fit;
 
 pub use augmented_targets::{AugmentedTargets, augmented_k_task, augmented_targets};
 pub use baselines::{fit_independent, fit_pooled, fit_separate};
-pub use options::{MultiTaskOptions, Origin, TaskStart};
+pub use options::MultiTaskOptions;
 pub use rank_choice::{
     Criterion, RankCandidate, RankChoice, RankCounts, choose_rank, choose_rank_per_joint,
 };
 pub use rank_part::{RankPart, rank_part};
 pub use ranks::{fit_ranks, fit_ranks_telling};
-pub use shared_factor::{JointStart, SharedFit, fit_shared};
+pub use shared_factor::{SharedFit, fit_shared};
 pub use staged::{StageOne, fit_rank, fit_rank_from};
-pub use task_fit::{TaskFit, TaskFitReport};
+pub use task_fit::TaskFit;

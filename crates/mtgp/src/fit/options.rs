@@ -1,6 +1,6 @@
 //! How long and how hard to search, and from where.
 
-use gp_core::{LikelihoodOptions, StartKind, StartReport, Starts};
+use gp_core::{LikelihoodOptions, Limits, Stage, Starts};
 use kernels::TorqueForm;
 
 use super::rank_part::RankPart;
@@ -107,6 +107,17 @@ impl MultiTaskOptions {
         }
     }
 
+    /// The searches on n samples: several starts, of which the highest goes on.
+    pub(super) fn stage(&self, n_samples: usize) -> Stage {
+        let limits = Limits {
+            max_evaluations: self.max_evaluations,
+            max_work: f64::INFINITY,
+            gradient_tolerance: self.gradient_tolerance,
+            value_tolerance: self.value_tolerance,
+        };
+        Stage::screened(n_samples, self.screening, limits)
+    }
+
     /// The same options for pGP on n samples.
     ///
     /// With [`Starts::Chapter`] as for any search.
@@ -131,31 +142,6 @@ impl MultiTaskOptions {
             ..self.clone()
         }
     }
-}
-
-/// Where the hyperparameters of a start are from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Origin {
-    /// The moments of the pooled data, eq. (22) or a variation of it.
-    Moments(StartKind),
-    /// A.3, from the pooled model (K₀^ρ = 11ᵀ) and eq. (28).
-    Pooled,
-    /// A.3, from the independent model (K₀^ρ = I) and eq. (28).
-    Independent,
-    /// A fit of a lower rank to the same data, with new columns of Λ.
-    LowerRank,
-    /// A fit of the same or a higher rank, such as one to fewer data.
-    Given,
-}
-
-/// What one start led to.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TaskStart {
-    /// Which start.
-    pub origin: Origin,
-    /// Its likelihoods, evaluations and end.
-    pub report: StartReport,
 }
 
 #[cfg(test)]

@@ -1,91 +1,40 @@
-//! A joint's torque under several loads, learned: result and report.
+//! A joint's torque under several loads, learned.
 
 use faer::{Mat, MatRef};
-use gp_core::{FitPosterior, GpError, LikelihoodOptions, MethodUsed, Prediction};
+use gp_core::{
+    Distance, Fit, FitPosterior, FitReport, Found, GpError, LikelihoodOptions, Prediction, Start,
+};
 
-use super::climb::Climb;
-use super::options::{Origin, TaskStart};
 use crate::error::MtgpError;
 use crate::layout::Stacked;
 use crate::prior::MultiTaskCovariance;
 use crate::task_cov::{TaskCovariance, TaskFactor};
-
-/// How a fit was found and what help it needed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TaskFitReport {
-    /// Log marginal likelihood of the fit, natural log, summed over the data.
-    pub log_marginal: f64,
-    /// Every start, in the order tried.
-    pub starts: Vec<TaskStart>,
-    /// Index in `starts` of the one that won.
-    pub winner: usize,
-    /// Hyperparameters that ended on a bound, by name.
-    pub bounds_hit: Vec<String>,
-    /// How the matrix of the fit was factorised.
-    pub method: MethodUsed,
-    /// Rank of that factor: the number of samples if dense.
-    pub factor_rank: usize,
-    /// Bound on the error of the log marginal likelihood at the hyperparameters found, in nats.
-    pub error_bound: f64,
-    /// A lower bound on the condition number of K + σ²I.
-    pub condition_lower_bound: f64,
-}
-
-impl TaskFitReport {
-    /// The start that won.
-    pub fn winning_start(&self) -> &TaskStart {
-        &self.starts[self.winner]
-    }
-
-    /// Where the start that won is from.
-    pub fn origin(&self) -> Origin {
-        self.winning_start().origin
-    }
-
-    /// Evaluations of all starts together.
-    pub fn evaluations(&self) -> usize {
-        self.starts
-            .iter()
-            .map(|start| start.report.evaluations)
-            .sum()
-    }
-}
 
 /// A joint's torque in every task, learned.
 #[derive(Debug, Clone)]
 pub struct TaskFit {
     /// The process with the hyperparameters found, conditioned on the data.
     pub posterior: FitPosterior<MultiTaskCovariance>,
-    /// How the hyperparameters were found.
-    pub report: TaskFitReport,
+    /// How the hyperparameters were found: the searches on all samples.
+    pub report: FitReport,
 }
 
 impl TaskFit {
-    /// Conditions on the data at the end of a search.
-    pub(crate) fn new(
+    /// Conditions on the data with the hyperparameters that a search found.
+    pub(super) fn new(
         data: &Stacked,
         targets: &[f64],
-        climb: Climb<MultiTaskCovariance>,
+        mut found: Found<MultiTaskCovariance>,
         likelihood: LikelihoodOptions,
     ) -> Result<Self, MtgpError> {
-        let (posterior, error_bound) = FitPosterior::with_error_bound(
-            climb.covariance,
-            climb.noise_std,
-            data.inputs(),
-            targets,
-            likelihood,
-        )?;
-        let report = TaskFitReport {
-            log_marginal: climb.starts[climb.winner].report.log_marginal,
-            starts: climb.starts,
-            winner: climb.winner,
-            bounds_hit: climb.bounds_hit,
-            method: posterior.method(),
-            factor_rank: posterior.rank(),
-            error_bound,
-            condition_lower_bound: posterior.condition_lower_bound(),
-        };
+        found.stages.drain(..found.stages.len().saturating_sub(1));
+        let Fit { posterior, report } = Fit::new(found, data.inputs(), targets, likelihood)?;
         Ok(Self { posterior, report })
+    }
+
+    /// Where a search on other data, or of several joints, may set out.
+    pub fn start(&self) -> Start<MultiTaskCovariance> {
+        Start::given(self.covariance().clone(), self.noise_std()).at(Distance::Near)
     }
 
     /// The covariance with the hyperparameters found.
