@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use clap::ValueEnum;
 use gp_core::optimize::{MinimizeOptions, Objective, minimize};
 use gp_core::{
-    FitOptions, LikelihoodOptions, LogMarginal, StartKind, chapter_start, evidence, varied_start,
+    FitOptions, LikelihoodOptions, LogMarginal, Origin, chapter_start, evidence, varied_start,
 };
 use kernels::{Covariance, Jitter, ParamLayout, TorqueForm};
 
@@ -83,7 +83,7 @@ fn of_loads(samples: &Samples) -> Result<Hyperparameters> {
 fn smooth(samples: &Samples) -> Result<Hyperparameters> {
     let x = samples.x.as_ref();
     let chapter = chapter_start(x, &samples.targets, TorqueForm::Smooth)?;
-    let start = varied_start(&chapter, StartKind::TypicalPairs)?;
+    let start = varied_start(&chapter, Origin::TypicalPairs)?;
     let start = Hyperparameters::smooth_part_of(&start);
     let covariance = start.smooth_part()?;
     let mut theta = covariance.params();

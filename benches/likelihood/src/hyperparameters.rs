@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use faer::Mat;
-use gp_core::StartPoint;
+use gp_core::Start;
 use kernels::{Constant, SeArd, Sum, TorqueCovariance, TorqueParams};
 use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor};
 use serde::{Deserialize, Serialize};
@@ -65,7 +65,7 @@ impl Hyperparameters {
     }
 
     /// The bias and the squared exponential of a start of a full model.
-    pub fn smooth_part_of(start: &StartPoint) -> Self {
+    pub fn smooth_part_of(start: &Start) -> Self {
         Self {
             linear_std: Vec::new(),
             coulomb_std: Vec::new(),

@@ -1,9 +1,7 @@
 //! The models of section 3.4, fitted to raw covariates (no standardisation, as in the chapter).
 
 use faer::MatRef;
-use gp_core::{
-    BayesLinear, Fit, FitOptions, LinearForm, MethodUsed, StageReport, StartKind, StopReason,
-};
+use gp_core::{BayesLinear, Fit, FitOptions, LinearForm, MethodUsed, StageReport, StopReason};
 use kernels::{Covariance, TorqueForm};
 
 use crate::cell::{FitSummary, ModelKind, StartSummary};
@@ -64,7 +62,7 @@ impl Fitted {
         let winner = fit.report.winning_start();
         Some(FitSummary {
             log_marginal_likelihood: fit.report.log_marginal,
-            start: start_name(winner.kind).to_string(),
+            start: winner.origin.key().to_string(),
             stop: stop_name(winner.stop).to_string(),
             iterations: winner.iterations,
             evaluations: fit.report.evaluations(),
@@ -80,28 +78,16 @@ impl Fitted {
     }
 }
 
-fn stage_summary(stage: &StageReport) -> impl Iterator<Item = StartSummary> {
+pub(crate) fn stage_summary(stage: &StageReport) -> impl Iterator<Item = StartSummary> {
     stage.starts.iter().map(|start| StartSummary {
         samples: stage.n_samples,
-        name: start_name(start.kind).to_string(),
+        name: start.origin.key().to_string(),
         log_marginal_likelihood: start.log_marginal,
         evaluations: start.evaluations,
         work: start.work,
         projected_gradient: start.projected_gradient,
         stop: stop_name(start.stop).to_string(),
     })
-}
-
-/// Name of a start in records and reports.
-pub(crate) fn start_name(kind: StartKind) -> &'static str {
-    match kind {
-        StartKind::Chapter => "eq22",
-        StartKind::TypicalPairs => "lengths-x-sqrt-3l",
-        StartKind::TypicalPairsLowNoise => "lengths-x-sqrt-3l-low-noise",
-        StartKind::SlowInRates => "slow-in-rates",
-        StartKind::Given => "given",
-        _ => "other",
-    }
 }
 
 /// Name of the way the likelihood was computed.

@@ -1,7 +1,7 @@
 //! Eq. (22): the starting values, worked by hand, and where the formula has none.
 
 use faer::{Mat, mat};
-use gp_core::{StartKind, chapter_start, varied_start};
+use gp_core::{Origin, chapter_start, varied_start};
 use kernels::TorqueForm;
 
 #[test]
@@ -31,14 +31,14 @@ fn variations_stretch_the_length_scales() {
         start.covariance.named_params().length_scales
     };
     let typical = 3.0_f64.sqrt();
-    assert_eq!(stretched(StartKind::Chapter), [1.0, 1.0, 2.0]);
+    assert_eq!(stretched(Origin::Chapter), [1.0, 1.0, 2.0]);
     assert_eq!(
-        stretched(StartKind::TypicalPairs),
+        stretched(Origin::TypicalPairs),
         [typical, typical, 2.0 * typical]
     );
     // Position, velocity and acceleration of the one joint.
     assert_eq!(
-        stretched(StartKind::SlowInRates),
+        stretched(Origin::SlowInRates),
         [typical, 10.0 * typical, 2.0 * (30.0 * typical)]
     );
 }

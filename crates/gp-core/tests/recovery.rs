@@ -2,8 +2,8 @@
 
 use faer::Mat;
 use gp_core::{
-    Fit, FitOptions, LikelihoodOptions, LogMarginal, Posterior, SearchScheme, StartKind,
-    StartPoint, StopReason, fit, fit_from, log_marginal_likelihood, refine, search, search_near,
+    Distance, Fit, FitOptions, LikelihoodOptions, Limits, LogMarginal, Posterior, SearchScheme,
+    Start, StopReason, fit, fit_from, log_marginal_likelihood, refine, search,
 };
 use kernels::{SeArd, TorqueCovariance, TorqueForm, TorqueParams};
 use proptest::prelude::*;
@@ -125,11 +125,7 @@ fn search_from_the_optimum_stays_there() {
     let t = targets(57, &truth(TorqueForm::Coulomb), 0.2, &x);
     let options = FitOptions::several();
     let first = fit(x.as_ref(), &t, TorqueForm::Coulomb, &options).unwrap();
-    let warm = StartPoint {
-        kind: StartKind::Given,
-        covariance: first.covariance().clone(),
-        noise_std: first.noise_std(),
-    };
+    let warm = Start::given(first.covariance().clone(), first.noise_std());
     let second = fit_from(x.as_ref(), &t, &[warm], &options).unwrap();
     let gain = second.report.log_marginal - first.report.log_marginal;
     // The round trip through the unconstrained coordinates rounds θ by a few ε.
@@ -147,7 +143,7 @@ fn any_covariance_is_searched_from_one_start() {
     let options = FitOptions::chapter();
     let start = SeArd::new(1.0, vec![1.0; 3]).unwrap();
     let mut evidence = LogMarginal::new(x.as_ref(), &t, options.likelihood);
-    let end = search(&mut evidence, &start, 1.0, StartKind::Given, &options);
+    let end = search(&mut evidence, &Start::given(start, 1.0), &options.limits());
     assert!(
         end.report.log_marginal >= of_truth,
         "{:?} below {of_truth}",
@@ -226,11 +222,8 @@ fn work_limit_ends_a_search_and_says_so() {
     }
 }
 
-fn short(max_evaluations: usize) -> FitOptions {
-    FitOptions {
-        max_evaluations,
-        ..FitOptions::chapter()
-    }
+fn short(max_evaluations: usize) -> Limits {
+    (FitOptions::chapter().limits()).with_evaluations(max_evaluations)
 }
 
 #[test]
@@ -250,16 +243,15 @@ fn faded_length_scales_come_back_when_a_search_is_refined() {
     let mut faded = truth.named_params();
     faded.length_scales[1] = 1e9;
     let faded = TorqueCovariance::new(faded).unwrap();
-    let options = short(200);
-    let mut evidence = LogMarginal::new(x.as_ref(), &t, options.likelihood);
-    let mut end = search(&mut evidence, &faded, 0.1, StartKind::Given, &options);
+    let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
+    let mut end = search(&mut evidence, &Start::given(faded, 0.1), &short(200));
     assert!(
         end.report.log_marginal < of_truth - 10.0,
         "{:?}",
         end.report
     );
     assert!(end.covariance.se().length_scales()[1] > 1e8);
-    refine(&mut evidence, &mut end, &options);
+    refine(&mut evidence, &mut end, &short(200));
     assert!(end.report.log_marginal >= of_truth, "{:?}", end.report);
     assert!(end.covariance.se().length_scales()[1] < 10.0);
 }
@@ -269,10 +261,10 @@ fn narrow_valley_is_followed_to_its_end_in_the_metric_of_the_information() {
     // σ is a thousandth of the signal, so that the likelihood is a valley a thousand times longer than wide.
     let x = uniform_inputs(12, 60, 6);
     let t = targets(62, &truth(TorqueForm::Smooth), 0.01, &x);
-    let start = TorqueCovariance::unit(2, TorqueForm::Smooth);
+    let start = Start::given(TorqueCovariance::unit(2, TorqueForm::Smooth), 1.0);
     let end_of = |plain: usize, refined: usize| {
-        let mut evidence = LogMarginal::new(x.as_ref(), &t, short(1).likelihood);
-        let mut end = search(&mut evidence, &start, 1.0, StartKind::Given, &short(plain));
+        let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
+        let mut end = search(&mut evidence, &start, &short(plain));
         refine(&mut evidence, &mut end, &short(refined));
         end.report
     };
@@ -294,9 +286,9 @@ proptest! {
     ) {
         let x = uniform_inputs(seed, 20, 3);
         let t: Vec<f64> = (0..20).map(|row| (x[(row, 0)] * 2.0).sin() + x[(row, 2)]).collect();
-        let mut evidence = LogMarginal::new(x.as_ref(), &t, short(1).likelihood);
-        let start = TorqueCovariance::unit(1, TorqueForm::Coulomb);
-        let mut end = search(&mut evidence, &start, 0.5, StartKind::Given, &short(plain));
+        let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::automatic());
+        let start = Start::given(TorqueCovariance::unit(1, TorqueForm::Coulomb), 0.5);
+        let mut end = search(&mut evidence, &start, &short(plain));
         let before = end.report.clone();
         refine(&mut evidence, &mut end, &short(refined));
         prop_assert!(end.report.log_marginal >= before.log_marginal);
@@ -314,11 +306,8 @@ fn a_start_too_sure_for_more_samples_is_entered_with_more_noise() {
     let mut evidence = LogMarginal::new(x.as_ref(), &t, LikelihoodOptions::dense());
     // n ε v²/σ² = 40 · 2.2e-16 · 1e10 / 1e-4 = 0.9 nats of rounding; a tenth is the limit.
     let covariance = SeArd::new(1e5, vec![3.0]).unwrap();
-    let options = FitOptions {
-        max_evaluations: 60,
-        ..FitOptions::chapter()
-    };
-    let end = search_near(&mut evidence, &covariance, 0.01, StartKind::Given, &options);
+    let start = Start::given(covariance, 0.01).at(Distance::Near);
+    let end = search(&mut evidence, &start, &short(60));
     assert!(end.report.log_marginal.is_finite(), "{:?}", end.report);
     let started = end.report.initial_log_marginal.unwrap();
     assert!(end.report.log_marginal >= started);

@@ -5,11 +5,15 @@ use faer::{Accum, Mat, MatRef, Par};
 use gp_core::Posterior;
 use kernels::Covariance;
 
-use crate::error::{MtgpError, require_finite_inputs, require_inputs};
+use crate::error::MtgpError;
+use crate::error::require_finite_inputs;
+use crate::error::require_inputs;
+use crate::fit::SharedFit;
+use crate::fit::TaskFit;
 use crate::model::TaskProcess;
-use crate::prior::{MultiTaskCovariance, TaskMatrix, split};
-use crate::shared_factor::SharedFit;
-use crate::task_fit::TaskFit;
+use crate::prior::MultiTaskCovariance;
+use crate::prior::TaskMatrix;
+use crate::prior::split;
 
 /// Test inputs that are worked on together: bounds the memory to (`BLOCK`, p).
 const BLOCK: usize = 256;

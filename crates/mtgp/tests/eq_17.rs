@@ -2,8 +2,8 @@
 
 use faer::{Mat, mat};
 use gp_core::{
-    Factor, FitOptions, Likelihood, LikelihoodOptions, LogMarginal, Posterior, SearchEnd,
-    StartKind, information, log_marginal_likelihood_with_gradient, refine, search,
+    Factor, FitOptions, Likelihood, LikelihoodOptions, LogMarginal, Posterior, SearchEnd, Start,
+    information, log_marginal_likelihood_with_gradient, refine, search,
 };
 use kernels::{Constant, Covariance, Jitter, TorqueCovariance, TorqueParams, Transform};
 use mtgp::block::{BlockPosterior, CompleteBlock};
@@ -217,8 +217,9 @@ fn fit(
     let mut start = truth.clone();
     let theta: Vec<f64> = truth.params().iter().map(|value| 1.5 * value).collect();
     start.set_params(&theta);
-    let mut end = search(likelihood, &start, 0.2, StartKind::Given, &options);
-    refine(likelihood, &mut end, &options);
+    let limits = options.limits();
+    let mut end = search(likelihood, &Start::given(start, 0.2), &limits);
+    refine(likelihood, &mut end, &limits);
     end
 }
 

@@ -45,7 +45,7 @@ fn assert_close(found: f64, expected: f64) {
 fn assert_low_rank(fit: &TaskFit) {
     assert_eq!(fit.report.method, MethodUsed::Certified);
     assert_eq!(
-        fit.report.starts.len(),
+        fit.report.last_stage().starts.len(),
         1,
         "the end on a part of the samples"
     );

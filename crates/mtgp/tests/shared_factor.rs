@@ -5,7 +5,7 @@ use gp_core::Starts;
 use kernels::{TorqueCovariance, TorqueForm};
 use mtgp::prior::TaskMatrix;
 use mtgp::{
-    JointStart, MtgpError, MultiTaskCovariance, MultiTaskOptions, RankCounts, Stacked, StageOne,
+    MtgpError, MultiTaskCovariance, MultiTaskOptions, RankCounts, Stacked, StageOne,
     TaskCovariance, TaskFactor, TaskFit, fit_rank, fit_shared,
 };
 
@@ -53,7 +53,7 @@ fn separate(data: &Stacked, targets: &[Vec<f64>]) -> Vec<TaskFit> {
 fn one_matrix_for_both_joints_climbs_and_costs_less() {
     let (data, targets, _) = two_joints(12);
     let fits = separate(&data, &targets);
-    let starts: Vec<JointStart> = fits.iter().map(JointStart::from).collect();
+    let starts: Vec<_> = fits.iter().map(TaskFit::start).collect();
     let shared = fit_shared(&data, &targets, 2, &starts, &options()).unwrap();
     assert!(shared.log_marginal() >= shared.initial_log_marginal);
     let [first, second] = [0, 1].map(|joint| shared.joints[joint].covariance().task());
@@ -80,7 +80,7 @@ fn joints_starts_and_targets_must_match() {
     let fits = separate(&data, &targets);
     let none = fit_shared(&data, &[], 2, &[], &options());
     assert!(matches!(none, Err(MtgpError::NoJoints)));
-    let few = fit_shared(&data, &targets, 2, &[(&fits[0]).into()], &options());
+    let few = fit_shared(&data, &targets, 2, &[fits[0].start()], &options());
     assert!(matches!(
         few,
         Err(MtgpError::CountMismatch {
@@ -90,7 +90,7 @@ fn joints_starts_and_targets_must_match() {
         })
     ));
     let short = vec![targets[0].clone(), targets[1][1..].to_vec()];
-    let starts: Vec<JointStart> = fits.iter().map(JointStart::from).collect();
+    let starts: Vec<_> = fits.iter().map(TaskFit::start).collect();
     let short = fit_shared(&data, &short, 2, &starts, &options());
     assert!(matches!(
         short,

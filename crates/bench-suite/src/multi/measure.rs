@@ -199,7 +199,7 @@ fn scored(
         seconds_predict,
         task_factor,
         scores: bench.scores(unit, &predictions)?,
-        fits: vec![summary_of(fit, unit.n_total)],
+        fits: vec![summary_of(fit)],
     })
 }
 

@@ -4,10 +4,11 @@ use std::fmt;
 use std::time::Instant;
 
 use faer::Mat;
+use gp_core::Start;
 use kernels::{Covariance, TorqueCovariance, TorqueForm};
 use mtgp::{
-    Criterion, JointStart, MultiTaskCovariance, MultiTaskOptions, RankCounts, TaskCovariance,
-    TaskFactor, fit_shared,
+    Criterion, MultiTaskCovariance, MultiTaskOptions, RankCounts, TaskCovariance, TaskFactor,
+    fit_shared,
 };
 use serde::{Deserialize, Serialize};
 
@@ -182,7 +183,7 @@ pub fn measure(
         .map(|joint| Training::draw(joint, bench))
         .collect::<Result<_, _>>()?;
     let fits = unit.ranks.iter().map(|&rank| {
-        let starts: Vec<JointStart> = (unit.joints.iter())
+        let starts: Vec<Start<MultiTaskCovariance>> = (unit.joints.iter())
             .map(|joint| joint_start(own_fit(joint, rank, records)?))
             .collect::<Result<_, BenchError>>()?;
         fit_rank(unit, rank, &training, &starts, bench)
@@ -197,7 +198,7 @@ fn fit_rank(
     unit: &SharedUnit,
     rank: usize,
     training: &[Training],
-    starts: &[JointStart],
+    starts: &[Start<MultiTaskCovariance>],
     bench: &Bench<'_>,
 ) -> Result<SharedFitRecord, BenchError> {
     let targets: Vec<Vec<f64>> = training.iter().map(|t| t.targets.clone()).collect();
@@ -252,16 +253,16 @@ fn own_fit<'a>(
 }
 
 /// The hyperparameters that a record keeps.
-fn joint_start(model: &ModelRecord) -> Result<JointStart, BenchError> {
+fn joint_start(model: &ModelRecord) -> Result<Start<MultiTaskCovariance>, BenchError> {
     let mut input = TorqueCovariance::unit(N_JOINTS, TorqueForm::Coulomb);
     input.set_params(&model.fits[0].hyperparameters);
     let rows = &model.task_factor;
     let n_cols = rows.first().map_or(0, Vec::len);
     let factor = TaskFactor::new(Mat::from_fn(rows.len(), n_cols, |i, j| rows[i][j]))?;
-    Ok(JointStart {
-        covariance: MultiTaskCovariance::new(input, TaskCovariance::Factor(factor)),
-        noise_std: model.fits[0].noise_std,
-    })
+    Ok(Start::given(
+        MultiTaskCovariance::new(input, TaskCovariance::Factor(factor)),
+        model.fits[0].noise_std,
+    ))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use gp_core::{
-    CovarianceFit, FitOptions, InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess,
+    Fit, FitOptions, InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess,
     RigidBodyCovariance, Starts, fit_rigid_body, fit_rigid_body_and_process,
 };
 use kernels::{Covariance, TorqueForm};
@@ -209,22 +209,22 @@ fn add(values: &mut [f64], others: &[f64]) {
 }
 
 /// Summary of a fit that set out from a start of the name given.
-fn summary_of<C: Covariance>(fit: &CovarianceFit<C>, name: &str, n_samples: usize) -> FitSummary {
-    let report = &fit.report;
+fn summary_of<C: Covariance>(fit: &Fit<C>, name: &str, n_samples: usize) -> FitSummary {
+    let report = fit.report.winning_start();
     let stop = stop_name(report.stop);
     FitSummary {
         log_marginal_likelihood: report.log_marginal,
         start: name.to_string(),
         stop: stop.to_string(),
         iterations: report.iterations,
-        evaluations: fit.evaluations,
+        evaluations: fit.report.evaluations(),
         recoveries: report.recoveries,
-        noise_std: fit.posterior.noise_std(),
-        hyperparameters: fit.posterior.covariance().params(),
-        bounds_hit: fit.bounds_hit.clone(),
-        method: method_name(fit.posterior.method()).to_string(),
-        rank: fit.posterior.rank(),
-        error_bound: fit.error_bound,
+        noise_std: fit.noise_std(),
+        hyperparameters: fit.covariance().params(),
+        bounds_hit: fit.report.bounds_hit.clone(),
+        method: method_name(fit.report.method).to_string(),
+        rank: fit.report.rank,
+        error_bound: fit.report.error_bound,
         starts: vec![StartSummary {
             samples: n_samples,
             name: name.to_string(),

@@ -4,16 +4,17 @@ use faer::MatRef;
 use kernels::{Covariance, OnColumns, Sum};
 use serde::{Deserialize, Serialize};
 
-use crate::covariance_fit::CovarianceFit;
 use crate::error::GpError;
+use crate::fit::{
+    Fit, InformedFit, ParameterPrior, RigidBodyAndProcess, RigidBodyCovariance, predict_informed,
+};
 use crate::model::file::ModelFileError;
 use crate::model::joint_model::FitSummary;
 use crate::model::matrix_record::{malformed, require_values};
 use crate::model::process_record::{ParamsRecord, PosteriorRecord, SummaryRecord};
-use crate::posterior::{Posterior, Prediction};
-use crate::rigid_body_fit::{
-    InformedFit, ParameterPrior, RigidBodyAndProcess, RigidBodyCovariance, predict,
-};
+use crate::posterior::Posterior;
+use crate::posterior::Prediction;
+use crate::search::StageReport;
 
 /// A torque that is linear in parameters of known prior, alone or with a process on what they leave.
 ///
@@ -83,8 +84,8 @@ impl InformedModel {
         regressor: MatRef<'_, f64>,
     ) -> Result<Prediction, GpError> {
         match &self.process {
-            InformedProcess::Parameters(p) => predict(&self.prior, p, x, regressor),
-            InformedProcess::AndRemainder(p) => predict(&self.prior, p, x, regressor),
+            InformedProcess::Parameters(p) => predict_informed(&self.prior, p, x, regressor),
+            InformedProcess::AndRemainder(p) => predict_informed(&self.prior, p, x, regressor),
         }
     }
 }
@@ -109,17 +110,12 @@ impl From<InformedFit<RigidBodyAndProcess>> for InformedModel {
     }
 }
 
-fn summary_of<C: Covariance>(fit: &CovarianceFit<C>) -> FitSummary {
+/// The start is named by its number, as all are given.
+fn summary_of<C: Covariance>(fit: &Fit<C>) -> FitSummary {
+    let first = fit.report.stages.first().and_then(StageReport::winner);
     FitSummary {
-        log_marginal: fit.log_marginal(),
-        start: (fit.winner + 1).to_string(),
-        n_starts: fit.n_starts,
-        evaluations: fit.evaluations,
-        bounds_hit: fit.bounds_hit.clone(),
-        condition_lower_bound: fit.posterior.condition_lower_bound(),
-        method: fit.posterior.method().to_string(),
-        rank: fit.posterior.rank(),
-        error_bound: Some(fit.error_bound),
+        start: (first.unwrap_or_default() + 1).to_string(),
+        ..FitSummary::of(&fit.report)
     }
 }
 

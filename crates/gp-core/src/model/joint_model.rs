@@ -5,11 +5,12 @@ use std::fmt;
 use faer::MatRef;
 use kernels::TorqueForm;
 
-use crate::bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
 use crate::error::GpError;
 use crate::fit::Fit;
-use crate::fit_report::FitReport;
-use crate::posterior::{Posterior, Prediction};
+use crate::fit::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
+use crate::posterior::Posterior;
+use crate::posterior::Prediction;
+use crate::search::FitReport;
 
 /// The four models of sec. 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,10 +60,14 @@ pub struct FitSummary {
 }
 
 impl FitSummary {
-    fn of(report: &FitReport) -> Self {
+    /// What a model keeps of a report.
+    ///
+    /// # Panics
+    /// If the report has no stage, which that of a fit never is.
+    pub fn of(report: &FitReport) -> Self {
         Self {
             log_marginal: report.log_marginal,
-            start: report.winning_start().kind.to_string(),
+            start: report.origin().to_string(),
             n_starts: report.stages.first().map_or(0, |stage| stage.starts.len()),
             evaluations: report.evaluations(),
             bounds_hit: report.bounds_hit.clone(),

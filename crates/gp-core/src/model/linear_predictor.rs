@@ -1,9 +1,8 @@
 //! One linear model at one state.
 
+use crate::fit::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
 use linalg::PackedLower;
 use linalg::sums::dot_pairwise;
-
-use crate::bayes_linear::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
 
 /// A linear model ready to be asked at one state.
 ///

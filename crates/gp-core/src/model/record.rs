@@ -4,7 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::bayes_linear::{BayesLinear, LinearForm};
+use crate::fit::{BayesLinear, LinearForm};
 use crate::model::file::ModelFileError;
 use crate::model::joint_model::{JointModel, ProcessModel};
 use crate::model::matrix_record::{TriangleRecord, malformed, require, require_values};

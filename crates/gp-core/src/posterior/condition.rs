@@ -6,10 +6,9 @@ use linalg::Factor;
 
 use crate::data::{require_noise, require_training_data};
 use crate::error::GpError;
-use crate::evidence::{LikelihoodOptions, Method, MethodUsed};
-use crate::log_marginal::LogMarginal;
-use crate::low_rank::{LowRank, rounding_of_entries};
-use crate::pivoted::rows;
+use crate::evidence::{
+    LikelihoodOptions, LogMarginal, LowRank, Method, MethodUsed, rounding_of_entries, rows,
+};
 use crate::posterior::basis::Basis;
 
 /// A Gaussian process conditioned on data; over a joint's torque by default.

@@ -10,8 +10,7 @@ use linalg::{Factor, upper_of};
 
 use crate::data::require_training_data;
 use crate::error::GpError;
-use crate::pivot_choice::Choice;
-use crate::pivoted::{independent_rows, rows};
+use crate::evidence::{Choice, independent_rows, rows};
 use crate::posterior::basis::Basis;
 use crate::posterior::condition::Posterior;
 

@@ -8,8 +8,7 @@ use kernels::{Covariance, Jitter, ParamLayout, Transform};
 
 use super::log_density::LogDensity;
 use crate::error::GpError;
-use crate::search::{Likelihood, n_samples};
-use crate::search_metric::information_in;
+use crate::evidence::{Likelihood, information_in};
 
 /// Standard deviation of log θ: a factor of e² either way is one of them.
 const LOG_STD: f64 = 2.0;
@@ -192,7 +191,7 @@ impl<C: Covariance, L: Likelihood<C>> LogDensity for HyperPosterior<C, L> {
             return Ok(value);
         }
         Err(GpError::NonFiniteLikelihood {
-            n_samples: n_samples(&self.likelihood),
+            n_samples: self.likelihood.n_samples(),
         })
     }
 }

@@ -7,8 +7,8 @@ use super::frame::Frame;
 use super::hyper_posterior::HyperPosterior;
 use super::log_density::LogDensity;
 use crate::error::GpError;
+use crate::evidence::Likelihood;
 use crate::optimize::{Metric, MinimizeOptions, Objective, Scaled, minimize};
-use crate::search::Likelihood;
 
 /// Times that the climb renews its metric.
 const ROUNDS: usize = 4;

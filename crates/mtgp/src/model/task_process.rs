@@ -1,11 +1,15 @@
 //! The process of one joint's torque in every context, with the summary of its fit.
 
 use faer::{Mat, MatRef};
-use gp_core::{FitSummary, Posterior, Prediction, ProcessPredictor, Scaling};
+use gp_core::{FitReport, FitSummary, Posterior, Prediction, ProcessPredictor, Scaling};
 
 use crate::error::MtgpError;
-use crate::prior::{MultiTaskCovariance, TaskCovariance, TaskMatrix, TaskRow, split};
-use crate::task_fit::{Origin, TaskFit, TaskFitReport};
+use crate::fit::TaskFit;
+use crate::prior::MultiTaskCovariance;
+use crate::prior::TaskCovariance;
+use crate::prior::TaskMatrix;
+use crate::prior::TaskRow;
+use crate::prior::split;
 
 /// A multi-task process over one joint's torque, with the summary of its fit.
 #[derive(Debug, Clone)]
@@ -18,20 +22,13 @@ pub struct TaskProcess {
 
 impl TaskProcess {
     /// A posterior with the hyperparameters that a search found, and the summary of its report.
-    pub fn new(posterior: Posterior<MultiTaskCovariance>, report: &TaskFitReport) -> Self {
+    ///
+    /// # Panics
+    /// As for [`FitSummary::of`].
+    pub fn new(posterior: Posterior<MultiTaskCovariance>, report: &FitReport) -> Self {
         Self {
             posterior,
-            summary: FitSummary {
-                log_marginal: report.log_marginal,
-                start: origin_name(report.origin()),
-                n_starts: report.starts.len(),
-                evaluations: report.evaluations(),
-                bounds_hit: report.bounds_hit.clone(),
-                condition_lower_bound: report.condition_lower_bound,
-                method: report.method.to_string(),
-                rank: report.factor_rank,
-                error_bound: Some(report.error_bound),
-            },
+            summary: FitSummary::of(report),
         }
     }
 
@@ -133,15 +130,5 @@ impl TaskProcess {
 impl From<TaskFit> for TaskProcess {
     fn from(fit: TaskFit) -> Self {
         Self::new(fit.posterior, &fit.report)
-    }
-}
-
-fn origin_name(origin: Origin) -> String {
-    match origin {
-        Origin::Moments(kind) => kind.to_string(),
-        Origin::Pooled => "A.3 from pGP".to_owned(),
-        Origin::Independent => "A.3 from iGP".to_owned(),
-        Origin::LowerRank => "lower rank".to_owned(),
-        Origin::Given => "given".to_owned(),
     }
 }

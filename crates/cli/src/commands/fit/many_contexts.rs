@@ -2,12 +2,12 @@
 
 use std::str::FromStr;
 
-use gp_core::{GpError, Posterior, TrainingRanges};
+use gp_core::{FitReport, GpError, Posterior, TrainingRanges};
 use kernels::Covariance;
 use mtgp::{
     Criterion, ModelParts, MtgpError, MultiTaskCovariance, MultiTaskModel, MultiTaskOptions,
-    RankCandidate, RankCounts, RankSelection, Stacked, StageOne, TaskFit, TaskFitReport,
-    TaskProcess, choose_rank, fit_independent, fit_pooled, fit_ranks_telling,
+    RankCandidate, RankCounts, RankSelection, Stacked, StageOne, TaskFit, TaskProcess, choose_rank,
+    fit_independent, fit_pooled, fit_ranks_telling,
 };
 
 use crate::commands::fit::report::{self, Line};
@@ -60,7 +60,7 @@ struct Learner<'a> {
 struct Candidate {
     covariance: MultiTaskCovariance,
     noise_std: f64,
-    report: TaskFitReport,
+    report: FitReport,
 }
 
 /// The processes of the learned joints, each with the index of its joint.

@@ -1,13 +1,6 @@
-//! The log marginal likelihood with the method that computed it and a bound on its error.
+//! How a log marginal likelihood is to be computed, and one value of it with a bound on its error.
 
 use std::fmt;
-
-use faer::MatRef;
-use kernels::Covariance;
-
-use crate::data::{require_noise, require_training_data};
-use crate::error::GpError;
-use crate::log_marginal::LogMarginal;
 
 /// How eq. (8) may be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,48 +75,4 @@ pub struct Evaluation {
     pub method: MethodUsed,
     /// Rank of the factor: n if dense.
     pub rank: usize,
-}
-
-/// Value and gradient of eq. (8).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Evidence {
-    /// The value, its error bound and its method.
-    pub evaluation: Evaluation,
-    /// Gradient with respect to natural parameters, in the order of the covariance's
-    /// layout, σ last.
-    pub gradient: Vec<f64>,
-}
-
-/// Log marginal likelihood and gradient at given hyperparameters, by a method of choice.
-///
-/// ```text
-/// log p(t | X, θ) = −½ tᵀK⁻¹t − ½ log|K| − ½ n log 2π      K = c(X, X) + σ²I
-/// ```
-/// The gradient of the low-rank path is the exact gradient of the value it returns,
-/// with its pivots held fixed.
-/// # Shapes
-/// `x` (n, d); `targets` (n,).
-/// # Errors
-/// Data that is not finite or does not match, σ that is not positive, K that is
-/// not positive definite, or a value that overflows.
-/// # Panics
-/// If `x` does not have the number of columns that the covariance needs.
-/// # Source
-/// Eq. (8); the error bound is derived in the README under "Certificate".
-pub fn evidence<C: Covariance>(
-    covariance: &C,
-    noise_std: f64,
-    x: MatRef<'_, f64>,
-    targets: &[f64],
-    options: LikelihoodOptions,
-) -> Result<Evidence, GpError> {
-    require_training_data(x, targets, 1)?;
-    require_noise(noise_std)?;
-    let mut gradient = vec![0.0; covariance.n_params() + 1];
-    let evaluation =
-        LogMarginal::new(x, targets, options).evaluate(covariance, noise_std, &mut gradient)?;
-    Ok(Evidence {
-        evaluation,
-        gradient,
-    })
 }

@@ -2,15 +2,77 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
-use linalg::Factor;
+use kernels::Covariance;
 
-use crate::nested::spread_rows;
+use super::likelihood::{layout_with_noise, split_noise};
+use super::pivoted::rows;
+use super::subsets::spread_rows;
+use crate::optimize::Reparametrised;
+use linalg::Factor;
 
 /// Samples that the information is computed from, if there are more; it is scaled up for the rest.
 const MOST_SAMPLES: usize = 256;
 
 /// Half the step of the differences that give ∂C/∂z.
 const STEP: f64 = 1e-4;
+
+/// What is added to the diagonal of the Fisher information: that of a normal prior whose
+/// standard deviation is a factor e, or one in coordinates that may have any sign.
+const PRIOR_INFORMATION: f64 = 1.0;
+
+/// F + I of [`crate::refine`]: a little for what the data do not tell.
+///
+/// # Panics
+/// If it is not square.
+pub fn add_prior_information(information: &mut Mat<f64>) {
+    for idx in 0..information.ncols() {
+        information[(idx, idx)] += PRIOR_INFORMATION;
+    }
+}
+
+/// The Fisher information F of [`crate::refine`] at a point, in its coordinates.
+///
+/// The point is (θ, σ) with the transforms of the covariance's layout and of
+/// [`kernels::Jitter`]'s, which are the logarithms away from the bounds.
+/// Comes from at most 256 of the samples; `None` where the covariance matrix is not positive definite.
+/// # Shapes
+/// `parts` the inputs (n_p, d) of independent parts of the data; `z` (p + 1,) for a covariance of p
+/// hyperparameters, whose own values are not used; the result (p + 1, p + 1).
+/// # Source
+/// Mardia & Marshall 1984, sec. 2.
+pub fn information<C: Covariance + Clone>(
+    parts: &[MatRef<'_, f64>],
+    covariance: &C,
+    z: &[f64],
+) -> Option<Mat<f64>> {
+    let bounds = Reparametrised::new(
+        &layout_with_noise(covariance),
+        |_: &[f64], _: &mut [f64]| 0.0,
+    );
+    information_in(parts, covariance, |z| bounds.natural(z), z)
+}
+
+/// The same in coordinates of the caller's choice, of which `natural` gives (θ, σ).
+pub(crate) fn information_in<C: Covariance + Clone>(
+    parts: &[MatRef<'_, f64>],
+    covariance: &C,
+    natural: impl Fn(&[f64]) -> Vec<f64>,
+    z: &[f64],
+) -> Option<Mat<f64>> {
+    let mut trial = covariance.clone();
+    let noisy = |x: MatRef<'_, f64>, z: &[f64]| {
+        let theta = natural(z);
+        let (of_covariance, noise_std) = split_noise(&theta);
+        trial.set_params(of_covariance);
+        let mut c = Mat::zeros(x.nrows(), x.nrows());
+        trial.add_gram(x, c.as_mut());
+        for row in 0..x.nrows() {
+            c[(row, row)] += noise_std * noise_std;
+        }
+        c
+    };
+    fisher_information(parts, z, noisy)
+}
 
 /// The information of independent Gaussian vectors about the coordinates z of their covariance.
 ///
@@ -27,7 +89,7 @@ const STEP: f64 = 1e-4;
 /// # Source
 /// Mardia & Marshall 1984, sec. 2; Rasmussen & Williams 2006, eq. (5.9) for ∂log p/∂θ,
 /// of which F is the covariance.
-pub(crate) fn fisher_information(
+fn fisher_information(
     parts: &[MatRef<'_, f64>],
     z: &[f64],
     mut covariance: impl FnMut(MatRef<'_, f64>, &[f64]) -> Mat<f64>,
@@ -36,8 +98,7 @@ pub(crate) fn fisher_information(
     let mut information = Mat::zeros(z.len(), z.len());
     for x in parts.iter().filter(|x| x.nrows() > 0) {
         let k = samples_of(x.nrows(), n_samples);
-        let rows = spread_rows(x.nrows(), k);
-        let some = Mat::from_fn(k, x.ncols(), |row, col| x[(rows[row], col)]);
+        let some = rows(*x, &spread_rows(x.nrows(), k));
         let factor = Factor::new(covariance(some.as_ref(), z)).ok()?;
         let mut b = Mat::zeros(k * (k + 1) / 2, z.len());
         for idx in 0..z.len() {

@@ -1,14 +1,14 @@
 //! What a fit says of itself: its starts, their likelihoods, and the help it needed.
 
+use super::start::Origin;
 use crate::evidence::MethodUsed;
-use crate::init::StartKind;
 use crate::optimize::StopReason;
 
 /// What one start led to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartReport {
     /// Which start.
-    pub kind: StartKind,
+    pub origin: Origin,
     /// Log marginal likelihood at the start; `None` if it has none.
     pub initial_log_marginal: Option<f64>,
     /// Log marginal likelihood at the end; −∞ if the start has none.
@@ -34,6 +34,20 @@ pub struct StageReport {
     pub n_samples: usize,
     /// Every start, in the order tried: in later stages from where the best of the stage before ended.
     pub starts: Vec<StartReport>,
+}
+
+impl StageReport {
+    /// Index of the start that ended highest, the earliest of equals; `None` if none has a likelihood.
+    pub fn winner(&self) -> Option<usize> {
+        highest(self.starts.iter().map(|start| start.log_marginal))
+    }
+}
+
+/// Index of the highest finite value; the earliest of equals.
+pub(super) fn highest(values: impl Iterator<Item = f64>) -> Option<usize> {
+    let finite = values.enumerate().filter(|(_, value)| value.is_finite());
+    let best = finite.reduce(|best, next| if next.1 > best.1 { next } else { best });
+    best.map(|(idx, _)| idx)
 }
 
 /// How a fit was found and what help it needed.
@@ -76,6 +90,14 @@ impl FitReport {
     /// If `stages` or its last entry has no entry, which is never so for a fit.
     pub fn winning_start(&self) -> &StartReport {
         &self.last_stage().starts[self.winner]
+    }
+
+    /// Where the start that won is from.
+    ///
+    /// # Panics
+    /// As for [`FitReport::winning_start`].
+    pub fn origin(&self) -> Origin {
+        self.winning_start().origin
     }
 
     /// Evaluations of all starts on all sets of samples together.

@@ -5,12 +5,14 @@ use std::mem;
 use faer::{Mat, MatRef};
 use kernels::Covariance;
 
+use super::dense::Dense;
+use super::likelihood::Likelihood;
+use super::low_rank::LowRank;
+use super::options::{Evaluation, LikelihoodOptions, Method, MethodUsed};
+use super::pivoted::{Extent, PivotedCholesky};
+use super::subsets::subset;
 use crate::data::{require_noise, require_training_data};
-use crate::dense::Dense;
 use crate::error::GpError;
-use crate::evidence::{Evaluation, LikelihoodOptions, Method, MethodUsed};
-use crate::low_rank::LowRank;
-use crate::pivoted::{Extent, PivotedCholesky, rows};
 
 /// Log marginal likelihood of the targets under a zero-mean Gaussian process.
 ///
@@ -57,15 +59,61 @@ pub fn log_marginal_likelihood_with_gradient<C: Covariance>(
     x: MatRef<'_, f64>,
     targets: &[f64],
 ) -> Result<(f64, Vec<f64>), GpError> {
+    let evidence = evidence(
+        covariance,
+        noise_std,
+        x,
+        targets,
+        LikelihoodOptions::dense(),
+    )?;
+    Ok((
+        evidence.evaluation.log_marginal_likelihood,
+        evidence.gradient,
+    ))
+}
+
+/// Value and gradient of eq. (8).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evidence {
+    /// The value, its error bound and its method.
+    pub evaluation: Evaluation,
+    /// Gradient with respect to natural parameters, in the order of the covariance's
+    /// layout, σ last.
+    pub gradient: Vec<f64>,
+}
+
+/// Log marginal likelihood and gradient at given hyperparameters, by a method of choice.
+///
+/// ```text
+/// log p(t | X, θ) = −½ tᵀK⁻¹t − ½ log|K| − ½ n log 2π      K = c(X, X) + σ²I
+/// ```
+/// The gradient of the low-rank path is the exact gradient of the value it returns,
+/// with its pivots held fixed.
+/// # Shapes
+/// `x` (n, d); `targets` (n,).
+/// # Errors
+/// Data that is not finite or does not match, σ that is not positive, K that is
+/// not positive definite, or a value that overflows.
+/// # Panics
+/// If `x` does not have the number of columns that the covariance needs.
+/// # Source
+/// Eq. (8); the error bound is derived in the README under "Certificate".
+pub fn evidence<C: Covariance>(
+    covariance: &C,
+    noise_std: f64,
+    x: MatRef<'_, f64>,
+    targets: &[f64],
+    options: LikelihoodOptions,
+) -> Result<Evidence, GpError> {
     require_training_data(x, targets, 1)?;
     require_noise(noise_std)?;
     let mut gradient = vec![0.0; covariance.n_params() + 1];
-    let evaluation = LogMarginal::new(x, targets, LikelihoodOptions::dense()).evaluate(
-        covariance,
-        noise_std,
-        &mut gradient,
-    )?;
-    Ok((evaluation.log_marginal_likelihood, gradient))
+    let evaluation =
+        LogMarginal::new(x, targets, options).evaluate(covariance, noise_std, &mut gradient)?;
+    Ok(Evidence {
+        evaluation,
+        gradient,
+    })
 }
 
 /// n below which the automatic choice is always dense.
@@ -338,8 +386,7 @@ impl<'a> LogMarginal<'a> {
         }
         let indices = sample_rows(n, SAMPLE.max(n / 8));
         let part = indices.len() as f64 / n as f64;
-        let x = rows(self.x, &indices);
-        let targets: Vec<f64> = indices.iter().map(|&idx| self.targets[idx]).collect();
+        let (x, targets) = subset(self.x, self.targets, &indices);
         let options = LikelihoodOptions {
             method: Method::Certified,
             certificate: self.certificate() * part * part,
@@ -360,6 +407,21 @@ impl<'a> LogMarginal<'a> {
         Err(GpError::NonFiniteLikelihood {
             n_samples: self.targets.len(),
         })
+    }
+}
+
+impl<C: Covariance> Likelihood<C> for LogMarginal<'_> {
+    fn evaluate(
+        &mut self,
+        covariance: &C,
+        noise_std: f64,
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, GpError> {
+        LogMarginal::evaluate(self, covariance, noise_std, gradient)
+    }
+
+    fn parts(&self) -> Vec<MatRef<'_, f64>> {
+        vec![self.x()]
     }
 }
 

@@ -13,12 +13,13 @@
 use faer::{Mat, MatRef};
 use kernels::{Covariance, OnColumns, RigidBody, Sum, TorqueCovariance, TorqueForm};
 
-use crate::covariance_fit::{CovarianceFit, fit_covariance};
+use super::chapter_start::{chapter_start, varied_start};
+use super::covariance::{Fit, fit_covariance};
 use crate::data::require_training_data;
 use crate::error::GpError;
-use crate::fit::FitOptions;
-use crate::init::{chapter_start, varied_start};
-use crate::posterior::{Posterior, Prediction};
+use crate::posterior::Posterior;
+use crate::posterior::Prediction;
+use crate::search::{FitOptions, Start};
 
 /// Covariance of rbd: the regressor's columns of rows (x, Y(x)).
 pub type RigidBodyCovariance = OnColumns<RigidBody>;
@@ -116,7 +117,7 @@ fn rows(x: MatRef<'_, f64>, regressor: MatRef<'_, f64>) -> Mat<f64> {
 #[derive(Debug, Clone)]
 pub struct InformedFit<C> {
     /// The process of t − Yπ₀ in rows (x, Y).
-    pub fit: CovarianceFit<C>,
+    pub fit: Fit<C>,
     /// The prior of its parameters.
     pub prior: ParameterPrior,
 }
@@ -149,12 +150,12 @@ impl<C: Covariance> InformedFit<C> {
         x: MatRef<'_, f64>,
         regressor: MatRef<'_, f64>,
     ) -> Result<Prediction, GpError> {
-        predict(&self.prior, &self.fit.posterior, x, regressor)
+        predict_informed(&self.prior, &self.fit.posterior, x, regressor)
     }
 }
 
 /// Means and latent variances of the torque, from the posterior of its deviation from Yπ₀.
-pub(crate) fn predict<C: Covariance>(
+pub(crate) fn predict_informed<C: Covariance>(
     prior: &ParameterPrior,
     posterior: &Posterior<C>,
     x: MatRef<'_, f64>,
@@ -230,7 +231,7 @@ fn add(mut values: Vec<f64>, others: &[f64]) -> Vec<f64> {
 pub fn fit_informed<C: Covariance + Clone>(
     samples: RegressorSamples<'_>,
     prior: &ParameterPrior,
-    starts: &[(C, f64)],
+    starts: &[Start<C>],
     options: &FitOptions,
 ) -> Result<InformedFit<C>, GpError> {
     let deviations = deviations(samples, prior)?;
@@ -260,8 +261,8 @@ pub fn fit_rigid_body(
     let noise_std = noise_start(&deviations);
     // The prior as it is stated, with the noise of a crude and of a good model.
     let starts = [
-        (covariance.clone(), noise_std),
-        (covariance, NOISE_PART * noise_std),
+        Start::given(covariance.clone(), noise_std),
+        Start::given(covariance, NOISE_PART * noise_std),
     ];
     fit_informed(samples, prior, &starts, options)
 }
@@ -296,11 +297,11 @@ pub fn fit_rigid_body_and_process(
     let mut starts = Vec::new();
     for (of_parameters, remainder) in [as_found, as_stated] {
         let chapter = chapter_start(samples.x, &remainder, form)?;
-        for &kind in options.starts.kinds() {
-            let start = varied_start(&chapter, kind)?;
+        for &origin in options.starts.origins() {
+            let start = varied_start(&chapter, origin)?;
             let of_process = OnColumns::new(start.covariance, 0..samples.x.ncols());
             let covariance = Sum::new(of_process, of_parameters.clone());
-            starts.push((covariance, start.noise_std));
+            starts.push(Start::given(covariance, start.noise_std));
         }
     }
     fit_informed(samples, prior, &starts, options)

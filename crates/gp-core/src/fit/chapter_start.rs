@@ -1,58 +1,15 @@
 //! The starting values of eq. (22), from the moments of the data.
 
-use std::fmt;
-
 use faer::MatRef;
 use kernels::params::{LINEAR_STD_CEILING, NOISE_VAR_FLOOR};
 use kernels::{TorqueCovariance, TorqueForm, TorqueParams, Transform};
 
 use crate::data::{joints_of, require_training_data};
 use crate::error::GpError;
+use crate::search::{Origin, Start};
 
 /// A column whose spread is below this part of its size is taken for constant.
 const CONSTANT_COLUMN: f64 = 1e-12;
-
-/// Hyperparameters from which a search sets out.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StartPoint {
-    /// What makes this start different from the others.
-    pub kind: StartKind,
-    /// The covariance with its hyperparameters.
-    pub covariance: TorqueCovariance,
-    /// σ, in target units.
-    pub noise_std: f64,
-}
-
-/// The starts that a fit may try.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum StartKind {
-    /// Eq. (22) as it stands.
-    Chapter,
-    /// Eq. (22) with length scales times √(3ℓ), so that typical pairs are
-    /// one length scale apart in all covariates together.
-    TypicalPairs,
-    /// As [`StartKind::TypicalPairs`], with σ² = 10⁻⁴ t̄².
-    TypicalPairsLowNoise,
-    /// As [`StartKind::TypicalPairsLowNoise`], with length scales of velocities ten and of
-    /// accelerations thirty times as long: by eq. (1) the torque is of second degree in the
-    /// ones and of first in the others.
-    SlowInRates,
-    /// Given by the caller.
-    Given,
-}
-
-impl fmt::Display for StartKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Chapter => "eq. (22)",
-            Self::TypicalPairs => "length scales × √(3ℓ)",
-            Self::TypicalPairsLowNoise => "length scales × √(3ℓ), low noise",
-            Self::SlowInRates => "length scales × √(3ℓ)(1, 10, 30), low noise",
-            Self::Given => "given",
-        })
-    }
-}
 
 /// Starting values of eq. (22).
 ///
@@ -73,7 +30,7 @@ pub fn chapter_start(
     x: MatRef<'_, f64>,
     targets: &[f64],
     form: TorqueForm,
-) -> Result<StartPoint, GpError> {
+) -> Result<Start, GpError> {
     require_training_data(x, targets, 2)?;
     let n_joints = joints_of(x)?;
     let target_power = mean_square(targets.iter().copied());
@@ -104,25 +61,26 @@ pub fn chapter_start(
     let noise_bound = Transform::SquareAbove {
         floor: NOISE_VAR_FLOOR,
     };
-    Ok(StartPoint {
-        kind: StartKind::Chapter,
-        covariance: TorqueCovariance::new(params)?,
-        noise_std: noise_bound.clamp_inside((0.01 * target_power).sqrt()),
-    })
+    let noise_std = noise_bound.clamp_inside((0.01 * target_power).sqrt());
+    Ok(Start::new(
+        Origin::Chapter,
+        TorqueCovariance::new(params)?,
+        noise_std,
+    ))
 }
 
-/// A start derived from that of eq. (22).
+/// A start derived from that of eq. (22): itself for an origin that is no variation of it.
 ///
 /// # Errors
 /// [`GpError::Kernel`] if scaling takes a hyperparameter out of double precision.
-pub fn varied_start(chapter: &StartPoint, kind: StartKind) -> Result<StartPoint, GpError> {
+pub fn varied_start(chapter: &Start, origin: Origin) -> Result<Start, GpError> {
     let n_joints = chapter.covariance.n_joints();
     let typical = (3.0 * n_joints as f64).sqrt();
-    let (stretch, noise_var_factor): ([f64; 3], f64) = match kind {
-        StartKind::Chapter | StartKind::Given => ([1.0; 3], 1.0),
-        StartKind::TypicalPairs => ([typical; 3], 1.0),
-        StartKind::TypicalPairsLowNoise => ([typical; 3], 0.01),
-        StartKind::SlowInRates => ([typical, 10.0 * typical, 30.0 * typical], 0.01),
+    let (stretch, noise_var_factor): ([f64; 3], f64) = match origin {
+        Origin::TypicalPairs => ([typical; 3], 1.0),
+        Origin::TypicalPairsLowNoise => ([typical; 3], 0.01),
+        Origin::SlowInRates => ([typical, 10.0 * typical, 30.0 * typical], 0.01),
+        _ => ([1.0; 3], 1.0),
     };
     let mut params = chapter.covariance.named_params();
     let blocks = params.length_scales.chunks_mut(n_joints);
@@ -134,11 +92,12 @@ pub fn varied_start(chapter: &StartPoint, kind: StartKind) -> Result<StartPoint,
     let noise_bound = Transform::SquareAbove {
         floor: NOISE_VAR_FLOOR,
     };
-    Ok(StartPoint {
-        kind,
-        covariance: TorqueCovariance::new(params)?,
-        noise_std: noise_bound.clamp_inside(chapter.noise_std * noise_var_factor.sqrt()),
-    })
+    let noise_std = noise_bound.clamp_inside(chapter.noise_std * noise_var_factor.sqrt());
+    Ok(Start::new(
+        origin,
+        TorqueCovariance::new(params)?,
+        noise_std,
+    ))
 }
 
 /// u_j with u_j² s_j = `share`.

@@ -10,37 +10,22 @@
 
 use faer::{Mat, MatRef};
 use gp_core::optimize::{MinimizeOptions, Objective, Rounds, StopReason, minimize_in_metric};
-use gp_core::{GpError, LogMarginal, Posterior, add_prior_information, information};
+use gp_core::{GpError, LogMarginal, Posterior, Start, add_prior_information, information};
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
 
+use super::options::MultiTaskOptions;
+use super::rank_part::rank_part;
 use crate::error::{MtgpError, require_count};
-use crate::prior::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor, TaskMatrix};
-use crate::rank_part::rank_part;
-use crate::task_fit::{MultiTaskOptions, TaskFit};
+use crate::prior::MultiTaskCovariance;
+use crate::prior::Stacked;
+use crate::prior::TaskMatrix;
+use crate::prior::{TaskCovariance, TaskFactor};
 
 /// Evaluations of the sum after which the metric of the search is renewed, and the nats that a round must gain.
 const ROUNDS: Rounds = Rounds {
     evaluations: 150,
     worth: 0.01,
 };
-
-/// What one joint brings to the search, such as the end of a fit of its own.
-#[derive(Debug, Clone)]
-pub struct JointStart {
-    /// c_i^x and K_i^ρ.
-    pub covariance: MultiTaskCovariance,
-    /// σ_i, in target units.
-    pub noise_std: f64,
-}
-
-impl From<&TaskFit> for JointStart {
-    fn from(fit: &TaskFit) -> Self {
-        Self {
-            covariance: fit.covariance().clone(),
-            noise_std: fit.noise_std(),
-        }
-    }
-}
 
 /// All joints of a robot, learned with one K^ρ.
 #[derive(Debug, Clone)]
@@ -86,7 +71,8 @@ impl SharedFit {
 /// given the hyperparameters.
 /// Sequential and deterministic.
 /// # Shapes
-/// `targets` of every joint (n,), in the order of the rows of `data`; `starts` one per joint.
+/// `targets` of every joint (n,), in the order of the rows of `data`; `starts` one per joint, such as
+/// [`super::TaskFit::start`] of a fit of its own.
 /// # Errors
 /// [`MtgpError::NoJoints`]; [`MtgpError::CountMismatch`] unless there is one start per joint, and as
 /// many targets as rows; [`MtgpError::BadRank`]; [`MtgpError::Gp`] if the start has no likelihood.
@@ -96,7 +82,7 @@ pub fn fit_shared(
     data: &Stacked,
     targets: &[Vec<f64>],
     rank: usize,
-    starts: &[JointStart],
+    starts: &[Start<MultiTaskCovariance>],
     options: &MultiTaskOptions,
 ) -> Result<SharedFit, MtgpError> {
     require_joints(data, targets, starts)?;
@@ -158,7 +144,7 @@ pub fn fit_shared(
 fn require_joints(
     data: &Stacked,
     targets: &[Vec<f64>],
-    starts: &[JointStart],
+    starts: &[Start<MultiTaskCovariance>],
 ) -> Result<(), MtgpError> {
     if targets.is_empty() {
         return Err(MtgpError::NoJoints);
@@ -173,7 +159,7 @@ fn require_joints(
 }
 
 /// a² = tr K^ρ/m of a joint.
-fn mean_diagonal(start: &JointStart) -> f64 {
+fn mean_diagonal(start: &Start<MultiTaskCovariance>) -> f64 {
     let k_task = start.covariance.task().k_task();
     let m = k_task.nrows();
     (0..m).map(|task| k_task[(task, task)]).sum::<f64>() / m as f64
@@ -181,7 +167,7 @@ fn mean_diagonal(start: &JointStart) -> f64 {
 
 /// Λ of the rank-r part of the average of K^ρ/a².
 fn mean_factor(
-    starts: &[JointStart],
+    starts: &[Start<MultiTaskCovariance>],
     rank: usize,
     options: &MultiTaskOptions,
 ) -> Result<TaskFactor, MtgpError> {
@@ -200,7 +186,7 @@ fn mean_factor(
 }
 
 /// a² c^x of a joint.
-fn rescaled(start: &JointStart) -> Result<TorqueCovariance, MtgpError> {
+fn rescaled(start: &Start<MultiTaskCovariance>) -> Result<TorqueCovariance, MtgpError> {
     let a = mean_diagonal(start).sqrt();
     let times_a = |values: Vec<f64>| values.into_iter().map(|value| a * value).collect();
     let params = start.covariance.input().named_params();

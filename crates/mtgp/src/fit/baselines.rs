@@ -11,16 +11,19 @@
 
 use faer::MatRef;
 use gp_core::{
-    Evaluation, Fit, FitOptions, GpError, Likelihood, LikelihoodOptions, LogMarginal, MethodUsed,
-    StartKind, StartPoint, chapter_start, fit, varied_start,
+    Distance, Evaluation, Fit, FitOptions, Found, GpError, Likelihood, LikelihoodOptions,
+    LogMarginal, MethodUsed, Plan, Start, climb, fit,
 };
 use kernels::TorqueCovariance;
 
-use crate::climb::{Climb, Start, climb};
-use crate::error::{MtgpError, require_count};
-use crate::ladder::{part_for_step_1, smaller_parts};
-use crate::prior::{MultiTaskCovariance, Stacked, TaskCovariance};
-use crate::task_fit::{MultiTaskOptions, Origin, TaskFit};
+use super::moments::moment_starts;
+use super::options::MultiTaskOptions;
+use super::parts::{part_for_step_1, require_targets, smaller_parts};
+use super::task_fit::TaskFit;
+use crate::error::MtgpError;
+use crate::prior::MultiTaskCovariance;
+use crate::prior::Stacked;
+use crate::prior::TaskCovariance;
 
 /// Factor of the length scales of a start whose rank is too high, and how often it is applied.
 const SMOOTHING: f64 = 2.0;
@@ -42,17 +45,27 @@ pub fn fit_pooled(
     options: &MultiTaskOptions,
 ) -> Result<TaskFit, MtgpError> {
     let mut starts = moment_starts(data, targets, options)?;
+    let stage = |n_samples: usize| {
+        let of_stage = options.briefly(n_samples).pooled_on(n_samples);
+        of_stage.stage(n_samples)
+    };
     // DEVIATION(A.3): the chapter searches on all samples from one start.
-    for (part, of_part) in smaller_parts(data, targets, options)? {
-        if let Ok(climb) = climb_pooled(&part, &of_part, starts.clone(), options) {
-            starts = vec![climb.into_start()];
-        }
+    let parts = smaller_parts(data, targets, options)?;
+    let on_part = |idx: usize| {
+        let (part, of_part): &(Stacked, Vec<f64>) = &parts[idx];
+        LogMarginal::new(part.covariates(), of_part, options.likelihood)
+    };
+    let stages = parts.iter().map(|(_, of_part)| stage(of_part.len()));
+    if let Ok(found) = climb(on_part, &starts, &Plan::in_stages(stages.collect())) {
+        starts = vec![found.into_start().at(Distance::Near)];
     }
     let n_tasks = data.n_tasks();
+    let plan = Plan::in_stages(vec![stage(targets.len())]);
     from_smooth_enough(starts, |starts| {
-        let climb = climb_pooled(data, targets, starts, options)?;
+        let on_all = |_| LogMarginal::new(data.covariates(), targets, options.likelihood);
+        let found = climb(on_all, starts, &plan)?;
         let task = TaskCovariance::Ones { n_tasks };
-        with_task_matrix(data, targets, climb, task, options)
+        with_task_matrix(data, targets, found, task, options)
     })
 }
 
@@ -61,10 +74,10 @@ pub fn fit_pooled(
 /// What tasks differ by is no noise: it leaves pGP a rough function, whose rank grows with the
 /// samples that show it.
 fn from_smooth_enough<T>(
-    mut starts: Vec<Start<TorqueCovariance>>,
-    mut learn: impl FnMut(Vec<Start<TorqueCovariance>>) -> Result<T, MtgpError>,
+    mut starts: Vec<Start>,
+    mut learn: impl FnMut(&[Start]) -> Result<T, MtgpError>,
 ) -> Result<T, MtgpError> {
-    let mut outcome = learn(starts.clone());
+    let mut outcome = learn(&starts);
     // DEVIATION(A.3): the chapter's start is that of eq. (22), whatever its rank.
     for _ in 0..MAX_SMOOTHINGS {
         if !outcome.as_ref().is_err_and(is_of_too_high_a_rank) {
@@ -73,7 +86,7 @@ fn from_smooth_enough<T>(
         for start in &mut starts {
             start.covariance = smoother(&start.covariance)?;
         }
-        outcome = learn(starts.clone());
+        outcome = learn(&starts);
     }
     outcome
 }
@@ -99,18 +112,6 @@ fn smoother(covariance: &TorqueCovariance) -> Result<TorqueCovariance, MtgpError
     Ok(TorqueCovariance::new(params)?)
 }
 
-fn climb_pooled(
-    data: &Stacked,
-    targets: &[f64],
-    starts: Vec<Start<TorqueCovariance>>,
-    options: &MultiTaskOptions,
-) -> Result<Climb<TorqueCovariance>, GpError> {
-    let mut evidence = LogMarginal::new(data.covariates(), targets, options.likelihood);
-    let n_samples = targets.len();
-    let options = options.briefly(n_samples).pooled_on(n_samples);
-    climb(&mut evidence, starts, &options)
-}
-
 /// Learns iGP: one function per task, all with the same hyperparameters.
 ///
 /// Beyond 16,384 samples on some 2240 of them first, unless the starts are the chapter's.
@@ -125,33 +126,25 @@ pub fn fit_independent(
     targets: &[f64],
     options: &MultiTaskOptions,
 ) -> Result<TaskFit, MtgpError> {
-    let mut starts = moment_starts(data, targets, options)?;
-    let mut of_search = options.clone();
+    let starts = moment_starts(data, targets, options)?;
     // DEVIATION(A.3): the chapter searches on all samples from one start.
-    if let Some((part, of_part)) = part_for_step_1(data, targets, options)? {
-        let climb = climb_independent(&part, &of_part, starts, options)?;
-        starts = vec![climb.into_start()];
-        of_search = options.on(targets.len());
-    }
-    let climb = climb_independent(data, targets, starts, &of_search)?;
+    let part = part_for_step_1(data, targets, options)?;
+    let (n_samples, likelihood) = (targets.len(), options.likelihood);
+    let stages = match &part {
+        Some((_, of_part)) => vec![
+            options.stage(of_part.len()),
+            options.on(n_samples).stage(n_samples),
+        ],
+        None => vec![options.stage(n_samples)],
+    };
+    let on = |stage: usize| match &part {
+        Some((part, of_part)) if stage == 0 => SumOverTasks::new(part, of_part, likelihood),
+        _ => SumOverTasks::new(data, targets, likelihood),
+    };
+    let found = climb(on, &starts, &Plan::in_stages(stages))?;
     let n_tasks = data.n_tasks();
-    with_task_matrix(
-        data,
-        targets,
-        climb,
-        TaskCovariance::Identity { n_tasks },
-        options,
-    )
-}
-
-fn climb_independent(
-    data: &Stacked,
-    targets: &[f64],
-    starts: Vec<Start<TorqueCovariance>>,
-    options: &MultiTaskOptions,
-) -> Result<Climb<TorqueCovariance>, GpError> {
-    let mut evidence = SumOverTasks::new(data, targets, options.likelihood);
-    climb(&mut evidence, starts, options)
+    let task = TaskCovariance::Identity { n_tasks };
+    with_task_matrix(data, targets, found, task, options)
 }
 
 /// Learns sGP: GPc for every task on its own; the results stand in task order.
@@ -195,53 +188,16 @@ fn by_task<'a>(
     })
 }
 
-/// The start of eq. (22) on the pooled data, and its variations.
-fn moment_starts(
-    data: &Stacked,
-    targets: &[f64],
-    options: &MultiTaskOptions,
-) -> Result<Vec<Start<TorqueCovariance>>, MtgpError> {
-    let chapter = pooled_moments(data, targets, options)?;
-    let start = |kind: StartKind| {
-        let point = varied_start(&chapter, kind)?;
-        Ok(Start {
-            origin: Origin::Moments(kind),
-            covariance: point.covariance,
-            noise_std: point.noise_std,
-            is_near: false,
-        })
-    };
-    // DEVIATION(A.3): the chapter's step 1 has the start of eq. (22) alone.
-    (options.starts.kinds().iter())
-        .map(|&kind| start(kind))
-        .collect()
-}
-
-/// θ₀^x and σ₀ of A.3: eq. (22) on the data of all tasks together.
-pub(crate) fn pooled_moments(
-    data: &Stacked,
-    targets: &[f64],
-    options: &MultiTaskOptions,
-) -> Result<StartPoint, MtgpError> {
-    require_targets(data, targets)?;
-    Ok(chapter_start(data.covariates(), targets, options.form)?)
-}
-
 /// The winner of a search over (θ^x, σ), as the model of all tasks that it is.
 fn with_task_matrix(
     data: &Stacked,
     targets: &[f64],
-    climb: Climb<TorqueCovariance>,
+    found: Found<TorqueCovariance>,
     task: TaskCovariance,
     options: &MultiTaskOptions,
 ) -> Result<TaskFit, MtgpError> {
-    let climb = climb.map(|input| MultiTaskCovariance::new(input, task));
-    TaskFit::new(data, targets, climb, options.likelihood)
-}
-
-/// Fails unless there is one target per row.
-pub(crate) fn require_targets(data: &Stacked, targets: &[f64]) -> Result<(), MtgpError> {
-    require_count("targets", targets.len(), data.tasks().len())
+    let found = found.map(|input| MultiTaskCovariance::new(input, task));
+    TaskFit::new(data, targets, found, options.likelihood)
 }
 
 /// Eq. (8) of tasks that are independent given θ^x and σ.
@@ -313,13 +269,8 @@ mod tests {
 
     use super::*;
 
-    fn start() -> Start<TorqueCovariance> {
-        Start {
-            origin: Origin::Pooled,
-            covariance: TorqueCovariance::unit(1, TorqueForm::Coulomb),
-            noise_std: 0.1,
-            is_near: true,
-        }
+    fn start() -> Start {
+        Start::given(TorqueCovariance::unit(1, TorqueForm::Coulomb), 0.1)
     }
 
     fn failed(reason: GpError) -> MtgpError {

@@ -7,9 +7,9 @@ use faer::{Mat, MatRef};
 use gp_core::{LikelihoodOptions, Posterior};
 use kernels::TorqueCovariance;
 
+use super::task_fit::TaskFit;
 use crate::error::MtgpError;
 use crate::prior::Stacked;
-use crate::task_fit::TaskFit;
 
 /// The torques of all tasks at all distinct inputs.
 #[derive(Debug, Clone)]

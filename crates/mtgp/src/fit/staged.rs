@@ -9,16 +9,19 @@
 //! The two models of step 1 are pGP and iGP themselves.
 
 use faer::{Mat, MatRef};
-use gp_core::{LogMarginal, Starts};
+use gp_core::{Distance, LogMarginal, Origin, Plan, Start, Starts, climb};
 
-use crate::baselines::{fit_independent, fit_pooled, pooled_moments};
-use crate::climb::{Start, climb};
+use super::augmented_targets::{augmented_k_task, augmented_targets};
+use super::baselines::{fit_independent, fit_pooled};
+use super::moments::pooled_moments;
+use super::options::MultiTaskOptions;
+use super::parts::{part_for_step_1, require_targets};
+use super::rank_part::rank_part;
+use super::task_fit::TaskFit;
 use crate::error::MtgpError;
-use crate::ladder::part_for_step_1;
-use crate::prior::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor};
-use crate::rank_part::rank_part;
-use crate::task_fit::{MultiTaskOptions, Origin, TaskFit};
-use crate::task_start::{augmented_k_task, augmented_targets};
+use crate::prior::MultiTaskCovariance;
+use crate::prior::Stacked;
+use crate::prior::{TaskCovariance, TaskFactor};
 
 /// Part of the mean diagonal of K^ρ that a new column of Λ adds to its trace.
 const NEW_COLUMN: f64 = 1e-6;
@@ -97,9 +100,10 @@ impl StageOne {
 
     /// The model with the higher likelihood.
     pub fn winner(&self) -> &TaskFit {
-        match self.origin() {
-            Origin::Independent => &self.independent,
-            _ => &self.pooled,
+        if self.origin() == Origin::Independent {
+            &self.independent
+        } else {
+            &self.pooled
         }
     }
 }
@@ -147,7 +151,7 @@ pub fn fit_rank_from(
     warm: &[&TaskFit],
     options: &MultiTaskOptions,
 ) -> Result<TaskFit, MtgpError> {
-    crate::baselines::require_targets(data, targets)?;
+    require_targets(data, targets)?;
     require_tasks(data, stage_one.winner())?;
     let mut starts = vec![chapter_stage_three(stage_one, rank, options)?];
     // DEVIATION(A.3): starts beside the chapter's; the report says which one won.
@@ -164,11 +168,11 @@ pub fn fit_rank_from(
         starts.push(start);
     }
 
-    let mut evidence = LogMarginal::new(data.inputs(), targets, options.likelihood);
-    let options = options.on(targets.len());
-    let climb = climb(&mut evidence, starts, &options)?;
-    drop(evidence);
-    TaskFit::new(data, targets, climb, options.likelihood)
+    let n_samples = targets.len();
+    let plan = Plan::in_stages(vec![options.on(n_samples).stage(n_samples)]);
+    let on_all = |_| LogMarginal::new(data.inputs(), targets, options.likelihood);
+    let found = climb(on_all, &starts, &plan)?;
+    TaskFit::new(data, targets, found, options.likelihood)
 }
 
 /// Whether pGP, which every rank contains, is above iGP and all other fits.
@@ -199,12 +203,11 @@ fn chapter_stage_three(
     let part = rank_part(stage_one.k_aug.as_ref(), rank, options.rank_part)?;
     let factor = without_zero_columns(&part)?;
     let input = stage_one.winner().covariance().input().clone();
-    Ok(Start {
-        origin: stage_one.origin(),
-        covariance: MultiTaskCovariance::new(input, TaskCovariance::Factor(factor)),
-        noise_std: stage_one.initial_noise_std,
-        is_near: false,
-    })
+    Ok(Start::new(
+        stage_one.origin(),
+        MultiTaskCovariance::new(input, TaskCovariance::Factor(factor)),
+        stage_one.initial_noise_std,
+    ))
 }
 
 /// Λ with a small entry on the diagonal of every column that is zero.
@@ -239,12 +242,7 @@ fn warm_start(
         .task_factor()
         .is_some_and(|factor| factor.rank() == rank)
     {
-        return Ok(Start {
-            origin: Origin::Given,
-            covariance: fit.covariance().clone(),
-            noise_std: fit.noise_std(),
-            is_near: true,
-        });
+        return Ok(fit.start());
     }
     let k_task = fit.k_task();
     let (origin, factor) = if task.rank() < rank {
@@ -255,15 +253,9 @@ fn warm_start(
         (Origin::Given, part)
     };
     let input = fit.covariance().input().clone();
-    Ok(Start {
-        origin,
-        covariance: MultiTaskCovariance::new(
-            input,
-            TaskCovariance::Factor(without_zero_columns(&factor)?),
-        ),
-        noise_std: fit.noise_std(),
-        is_near: true,
-    })
+    let task = TaskCovariance::Factor(without_zero_columns(&factor)?);
+    let covariance = MultiTaskCovariance::new(input, task);
+    Ok(Start::new(origin, covariance, fit.noise_std()).at(Distance::Near))
 }
 
 /// Λ with further columns, small, along what eq. (28) has beyond it.

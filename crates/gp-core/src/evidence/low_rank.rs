@@ -39,8 +39,8 @@ use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par, RowRef};
 use kernels::Covariance;
 use linalg::Orthogonal;
 
+use super::pivoted::{PivotedCholesky, row_blocks, rows};
 use crate::error::GpError;
-use crate::pivoted::{PivotedCholesky, row_blocks, rows};
 
 /// A zero-mean process with covariance ΦΦᵀ + σ²I, conditioned on targets.
 #[derive(Debug, Clone)]

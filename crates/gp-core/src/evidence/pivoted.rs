@@ -17,7 +17,7 @@ use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use kernels::Covariance;
 
-use crate::pivot_choice::{Choice, choose_pivots};
+use super::pivot_choice::{Choice, choose_pivots};
 
 /// Pivots that are added together at most.
 const BLOCK: usize = 24;

@@ -6,8 +6,8 @@ use faer::{Mat, MatRef};
 use kernels::{Covariance, Jitter};
 use linalg::{Factor, Threads, column_panels};
 
+use super::low_rank::rounding_of_entries;
 use crate::error::GpError;
-use crate::low_rank::rounding_of_entries;
 
 /// Columns that are worked on together where every entry is touched once.
 const PANEL: usize = 128;
