@@ -5,7 +5,7 @@ use faer::MatRef;
 use crate::error::GpError;
 
 /// Fails on the first input that is NaN or infinite, row by row.
-pub(crate) fn require_finite_inputs(x: MatRef<'_, f64>) -> Result<(), GpError> {
+pub fn require_finite_inputs(x: MatRef<'_, f64>) -> Result<(), GpError> {
     for row in 0..x.nrows() {
         for column in 0..x.ncols() {
             let value = x[(row, column)];
@@ -18,7 +18,7 @@ pub(crate) fn require_finite_inputs(x: MatRef<'_, f64>) -> Result<(), GpError> {
 }
 
 /// Fails unless there is one finite target per row of finite inputs, and enough of them.
-pub(crate) fn require_training_data(
+pub fn require_training_data(
     x: MatRef<'_, f64>,
     targets: &[f64],
     needed: usize,
@@ -46,7 +46,7 @@ pub(crate) fn require_training_data(
 }
 
 /// Fails unless σ is finite and above zero.
-pub(crate) fn require_noise(noise_std: f64) -> Result<(), GpError> {
+pub fn require_noise(noise_std: f64) -> Result<(), GpError> {
     if noise_std.is_finite() && noise_std > 0.0 {
         return Ok(());
     }
@@ -54,7 +54,7 @@ pub(crate) fn require_noise(noise_std: f64) -> Result<(), GpError> {
 }
 
 /// Number of joints ℓ of inputs with 3ℓ columns.
-pub(crate) fn joints_of(x: MatRef<'_, f64>) -> Result<usize, GpError> {
+pub fn joints_of(x: MatRef<'_, f64>) -> Result<usize, GpError> {
     match (x.ncols() / 3, x.ncols() % 3) {
         (n_joints, 0) if n_joints > 0 => Ok(n_joints),
         _ => Err(GpError::NotThreePerJoint { columns: x.ncols() }),

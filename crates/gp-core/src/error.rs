@@ -110,12 +110,6 @@ pub enum GpError {
         /// In the sampler's words.
         reason: String,
     },
-    /// The parts of a robot's model do not fit together.
-    #[error("inconsistent model: {what}")]
-    InconsistentModel {
-        /// Which parts, with their numbers.
-        what: String,
-    },
     /// The hyperparameters of a start are unusable.
     #[error(transparent)]
     Kernel(#[from] kernels::KernelError),

@@ -1,10 +1,9 @@
 #![doc = include_str!("../README.md")]
 
-mod data;
+pub mod data;
 mod error;
 pub mod evidence;
 pub mod fit;
-mod model;
 pub mod optimize;
 pub mod posterior;
 pub mod sampling;
@@ -22,12 +21,6 @@ pub use fit::{
     fit_from, fit_informed, fit_rigid_body, fit_rigid_body_and_process, varied_start,
 };
 pub use linalg::Factor;
-pub use model::{
-    FORMAT_VERSION, FitSummary, InformedModel, InformedRecord, JointModel, JointPrediction,
-    ModelFileError, ModelFileKind, ModelKind, ParamsRecord, PosteriorRecord, Predictor,
-    PredictorScratch, ProcessModel, ProcessPredictor, Provenance, ProvenanceRecord, RangesRecord,
-    Scaling, SummaryRecord, TorqueModel, TrainingRanges, decode_model, encode_model,
-};
 pub use optimize::StopReason;
 pub use posterior::{Basis, Posterior, Prediction};
 pub use search::{

@@ -10,7 +10,6 @@ use crate::error::require_finite_inputs;
 use crate::error::require_inputs;
 use crate::fit::SharedFit;
 use crate::fit::TaskFit;
-use crate::model::TaskProcess;
 use crate::prior::MultiTaskCovariance;
 use crate::prior::TaskMatrix;
 use crate::prior::split;
@@ -56,19 +55,6 @@ impl SharedFit {
         let n_covariates = posterior.covariance().input().linear().linear_std().len();
         require_inputs(x, n_covariates)?;
         Ok(means_of_all_tasks(posterior, x))
-    }
-}
-
-impl TaskProcess {
-    /// Posterior means of every task at the rows of `x`, as for [`TaskFit`].
-    ///
-    /// # Shapes
-    /// `x` (k, 3ℓ); the result (k, m).
-    /// # Errors
-    /// As for [`TaskProcess::predict`].
-    pub fn predict_mean_of_all_tasks(&self, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
-        require_inputs(x, 3 * self.n_joints())?;
-        Ok(means_of_all_tasks(&self.posterior, x))
     }
 }
 

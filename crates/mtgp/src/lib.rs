@@ -6,7 +6,6 @@ pub mod context;
 mod error;
 pub mod fit;
 pub mod latent;
-mod model;
 pub mod novel;
 pub mod prior;
 
@@ -17,5 +16,4 @@ pub use fit::{
     choose_rank_per_joint, fit_independent, fit_pooled, fit_rank, fit_rank_from, fit_ranks,
     fit_ranks_telling, fit_separate, fit_shared, rank_part,
 };
-pub use model::{ContextPredictor, ModelParts, MultiTaskModel, RankSelection, TaskProcess};
 pub use prior::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor, with_task};

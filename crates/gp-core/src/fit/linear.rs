@@ -30,7 +30,7 @@ pub enum LinearForm {
 
 impl LinearForm {
     /// Length p of x̃: 3ℓ covariates, the signs if there are any, and the constant.
-    pub(crate) fn n_features(self, n_joints: usize) -> usize {
+    pub fn n_features(self, n_joints: usize) -> usize {
         match self {
             Self::Smooth => 3 * n_joints + 1,
             Self::Coulomb => 4 * n_joints + 1,
@@ -92,12 +92,7 @@ impl BayesLinear {
     ///
     /// # Panics
     /// If the shapes do not agree.
-    pub(crate) fn from_parts(
-        form: LinearForm,
-        n_joints: usize,
-        weights: Vec<f64>,
-        r: Mat<f64>,
-    ) -> Self {
+    pub fn from_parts(form: LinearForm, n_joints: usize, weights: Vec<f64>, r: Mat<f64>) -> Self {
         assert_eq!(weights.len(), form.n_features(n_joints));
         assert_eq!((r.nrows(), r.ncols()), (weights.len(), weights.len()));
         Self {
@@ -114,7 +109,7 @@ impl BayesLinear {
     }
 
     /// R in the upper triangle, (p, p).
-    pub(crate) fn r(&self) -> MatRef<'_, f64> {
+    pub fn r(&self) -> MatRef<'_, f64> {
         self.r.as_ref()
     }
 

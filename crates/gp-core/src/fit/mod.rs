@@ -14,5 +14,3 @@ pub use rigid_body::{
     fit_informed, fit_rigid_body, fit_rigid_body_and_process,
 };
 pub use torque::{fit, fit_from};
-
-pub(crate) use rigid_body::predict_informed;

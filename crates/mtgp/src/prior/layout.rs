@@ -186,7 +186,7 @@ pub(crate) fn with_every_task(x: MatRef<'_, f64>, n_tasks: usize) -> Mat<f64> {
 ///
 /// # Panics
 /// If the last column does not hold whole numbers below `n_tasks`.
-pub(crate) fn split(rows: MatRef<'_, f64>, n_tasks: usize) -> (MatRef<'_, f64>, Vec<usize>) {
+pub fn split(rows: MatRef<'_, f64>, n_tasks: usize) -> (MatRef<'_, f64>, Vec<usize>) {
     assert!(rows.ncols() > 0, "a row holds the covariates and the task");
     let d = rows.ncols() - 1;
     let tasks = rows.col(d).iter().map(|&value| task_of(value, n_tasks));
@@ -194,7 +194,7 @@ pub(crate) fn split(rows: MatRef<'_, f64>, n_tasks: usize) -> (MatRef<'_, f64>, 
 }
 
 /// Whether the last column of rows holds whole numbers below `n_tasks`.
-pub(crate) fn are_rows_of_tasks(rows: MatRef<'_, f64>, n_tasks: usize) -> bool {
+pub fn are_rows_of_tasks(rows: MatRef<'_, f64>, n_tasks: usize) -> bool {
     rows.ncols() > 0 && (rows.col(rows.ncols() - 1).iter()).all(|value| is_task(*value, n_tasks))
 }
 

@@ -11,8 +11,8 @@ mod task_noise;
 mod task_regression;
 mod task_row;
 
-pub use layout::{Stacked, with_task};
-pub(crate) use layout::{are_rows_of_tasks, split, with_every_task};
+pub(crate) use layout::with_every_task;
+pub use layout::{Stacked, are_rows_of_tasks, split, with_task};
 pub use multi_task_covariance::MultiTaskCovariance;
 pub(crate) use pivoted_columns::pivoted_columns;
 pub use task_cov::{TaskCovariance, TaskFactor};

@@ -12,7 +12,7 @@
 //! sec. 12.3, for drives among the parameters to identify.
 
 use crate::dynamics::check::check_len;
-use crate::dynamics::regressor::{N_PARAMETERS, regressor};
+use crate::dynamics::regressor::{N_PARAMETERS, fill_bodies};
 use crate::dynamics::workspace::Workspace;
 use crate::robot::friction_law::{Effects, Friction, JointFriction, Law};
 use crate::robot::model::Model;
@@ -69,14 +69,36 @@ pub fn full_regressor(
 ) {
     let n = model.n_joints();
     let (n_body, n_drive) = (n * N_PARAMETERS, n * N_DRIVE_PARAMETERS);
-    check_len("matrix", matrix, n * (n_body + n_drive));
-    let mut of_bodies = vec![0.0; n * n_body];
-    regressor(model, workspace, q, qd, qdd, &mut of_bodies);
+    let row_length = n_body + n_drive;
+    check_len("matrix", matrix, n * row_length);
     matrix.fill(0.0);
-    for (joint, row) in matrix.chunks_exact_mut(n_body + n_drive).enumerate() {
-        let (bodies, drives) = row.split_at_mut(n_body);
-        bodies.copy_from_slice(&of_bodies[joint * n_body..][..n_body]);
-        drives[joint * N_DRIVE_PARAMETERS..][..N_DRIVE_PARAMETERS]
+    fill_bodies(model, workspace, (q, qd, qdd), matrix, row_length);
+    for (joint, row) in matrix.chunks_exact_mut(row_length).enumerate() {
+        row[n_body + joint * N_DRIVE_PARAMETERS..][..N_DRIVE_PARAMETERS]
             .copy_from_slice(&drive_regressor(qd[joint], qdd[joint]));
     }
+}
+
+/// Columns of [`full_regressor`] that can differ from zero in the row of a joint, ascending.
+///
+/// Those of the bodies that the joint moves, which are its own and all that it carries, and of its drive.
+///
+/// # Panics
+/// If there is no such joint.
+#[must_use]
+pub fn parameters_of_joint(model: &Model, joint_idx: usize) -> Vec<usize> {
+    let (n, bodies) = (model.n_joints(), model.bodies());
+    assert!(joint_idx < n, "joint {joint_idx} of {n}");
+    let is_moved = |body_idx: usize| {
+        let mut chain = std::iter::successors(Some(body_idx), |&idx| bodies[idx].parent);
+        chain.any(|idx| bodies[idx].joint_idx == joint_idx)
+    };
+    let mut moved: Vec<usize> = (0..bodies.len())
+        .filter(|&idx| is_moved(idx))
+        .map(|idx| bodies[idx].joint_idx)
+        .collect();
+    moved.sort_unstable();
+    let of_bodies = (moved.into_iter()).flat_map(|j| j * N_PARAMETERS..(j + 1) * N_PARAMETERS);
+    let drive = n * N_PARAMETERS + joint_idx * N_DRIVE_PARAMETERS;
+    of_bodies.chain(drive..drive + N_DRIVE_PARAMETERS).collect()
 }

@@ -19,7 +19,9 @@ pub(crate) mod workspace;
 
 pub use aba::aba;
 pub use crba::crba;
-pub use drive_regressor::{N_DRIVE_PARAMETERS, drive_parameters, drive_regressor, full_regressor};
+pub use drive_regressor::{
+    N_DRIVE_PARAMETERS, drive_parameters, drive_regressor, full_regressor, parameters_of_joint,
+};
 pub use energy::{kinetic_energy, potential_energy};
 pub use forward_kin::forward_kinematics;
 pub use friction::coulomb_torques;

@@ -42,13 +42,24 @@ pub fn regressor(
     qdd: &[f64],
     regressor: &mut [f64],
 ) {
-    let n_joints = model.n_joints();
+    let row_length = model.n_joints() * N_PARAMETERS;
+    check_len("regressor", regressor, model.n_joints() * row_length);
+    regressor.fill(0.0);
+    fill_bodies(model, workspace, (q, qd, qdd), regressor, row_length);
+}
+
+/// Writes what is not zero in the columns of the bodies, the first of rows of a given length.
+pub(super) fn fill_bodies(
+    model: &Model,
+    workspace: &mut Workspace,
+    (q, qd, qdd): (&[f64], &[f64], &[f64]),
+    matrix: &mut [f64],
+    row_length: usize,
+) {
     workspace.check(model);
     for (what, slice) in [("q", q), ("qd", qd), ("qdd", qdd)] {
-        check_len(what, slice, n_joints);
+        check_len(what, slice, model.n_joints());
     }
-    check_len("regressor", regressor, n_joints * n_joints * N_PARAMETERS);
-
     let states = &mut workspace.bodies[..];
     propagate(
         model,
@@ -56,18 +67,18 @@ pub fn regressor(
         &-model.gravity_vector(),
         JointStates { q, qd, qdd },
     );
-    regressor.fill(0.0);
     for (body_idx, body) in model.bodies().iter().enumerate() {
         let wrenches = unit_wrenches(&states[body_idx], &body.rot_link_body);
         let first_column = body.joint_idx * N_PARAMETERS;
         for (column, (force, moment)) in (first_column..).zip(wrenches) {
+            let entries = &mut matrix[column..];
             fill_column(
                 model,
                 states,
                 body_idx,
-                force,
-                moment,
-                &mut regressor[column..],
+                (force, moment),
+                entries,
+                row_length,
             );
         }
     }
@@ -137,11 +148,10 @@ fn fill_column(
     model: &Model,
     states: &[BodyState],
     body_idx: usize,
-    mut force: Vector3<f64>,
-    mut moment: Vector3<f64>,
+    (mut force, mut moment): (Vector3<f64>, Vector3<f64>),
     entries: &mut [f64],
+    row_length: usize,
 ) {
-    let row_length = model.n_joints() * N_PARAMETERS;
     let mut next = Some(body_idx);
     while let Some(idx) = next {
         let (body, pose) = (&model.bodies()[idx], &states[idx].pose);

@@ -1,9 +1,9 @@
 //! The range of every covariate in the training data, to tell interpolation from extrapolation.
 
 use faer::MatRef;
+use gp_core::GpError;
 
-use crate::data::require_finite_inputs;
-use crate::error::GpError;
+use crate::error::{TorqueError, consistent};
 
 /// Smallest and largest value of every covariate in the training data.
 ///
@@ -21,14 +21,12 @@ impl TrainingRanges {
     ///
     /// # Errors
     /// [`GpError::TooFewSamples`] without a row, [`GpError::NonFiniteInput`].
-    pub fn of(x: MatRef<'_, f64>) -> Result<Self, GpError> {
+    pub fn of(x: MatRef<'_, f64>) -> Result<Self, TorqueError> {
         if x.nrows() == 0 {
-            return Err(GpError::TooFewSamples {
-                n_samples: 0,
-                needed: 1,
-            });
+            let (n_samples, needed) = (0, 1);
+            return Err(GpError::TooFewSamples { n_samples, needed }.into());
         }
-        require_finite_inputs(x)?;
+        gp_core::data::require_finite_inputs(x)?;
         let extreme = |pick: fn(f64, f64) -> f64| {
             let columns = x.col_iter();
             columns
@@ -45,24 +43,23 @@ impl TrainingRanges {
     /// Given ranges of `n_samples` samples.
     ///
     /// # Errors
-    /// [`GpError::InconsistentModel`] unless min ≤ max, both finite, for every covariate,
+    /// [`TorqueError::InconsistentModel`] unless min ≤ max, both finite, for every covariate,
     /// and there is at least one sample.
-    pub fn new(min: Vec<f64>, max: Vec<f64>, n_samples: usize) -> Result<Self, GpError> {
+    pub fn new(min: Vec<f64>, max: Vec<f64>, n_samples: usize) -> Result<Self, TorqueError> {
         let is_range = |(min, max): (&f64, &f64)| min.is_finite() && max.is_finite() && min <= max;
         let what = if min.len() != max.len() {
-            format!("{} lower and {} upper ends", min.len(), max.len())
+            Some(format!("{} lower and {} upper ends", min.len(), max.len()))
         } else if let Some(idx) = min.iter().zip(&max).position(|ends| !is_range(ends)) {
-            format!("range {idx} is from {} to {}", min[idx], max[idx])
-        } else if n_samples == 0 {
-            "ranges of no sample".to_owned()
+            Some(format!("range {idx} is from {} to {}", min[idx], max[idx]))
         } else {
-            return Ok(Self {
-                min,
-                max,
-                n_samples,
-            });
+            (n_samples == 0).then(|| "ranges of no sample".to_owned())
         };
-        Err(GpError::InconsistentModel { what })
+        consistent(what)?;
+        Ok(Self {
+            min,
+            max,
+            n_samples,
+        })
     }
 
     /// The ranges of both sets of samples together.

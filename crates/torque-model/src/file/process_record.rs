@@ -1,20 +1,19 @@
 //! A process of any covariance as a plain record: hyperparameters of eq. (7), posterior, summary of the fit.
 
+use gp_core::{Basis, Posterior, data};
 use kernels::{Covariance, TorqueCovariance, TorqueParams};
 use linalg::Factor;
 use serde::{Deserialize, Serialize};
 
-use crate::data::require_noise;
-use crate::model::file::ModelFileError;
-use crate::model::joint_model::FitSummary;
-use crate::model::matrix_record::{
+use crate::file::format::ModelFileError;
+use crate::file::matrix_record::{
     MatrixRecord, TriangleRecord, malformed, require, require_values,
 };
-use crate::posterior::{Basis, Posterior};
+use crate::fit_summary::FitSummary;
 
 /// The hyperparameters of a joint's covariance, eq. (7).
 #[derive(Debug, Serialize, Deserialize)]
-pub struct ParamsRecord {
+pub(crate) struct ParamsRecord {
     bias_std: f64,
     linear_std: Vec<f64>,
     signal_std: f64,
@@ -24,7 +23,7 @@ pub struct ParamsRecord {
 
 /// What a process keeps of its data, by either path, and its noise.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct PosteriorRecord {
+pub(crate) struct PosteriorRecord {
     noise_std: f64,
     basis: BasisRecord,
 }
@@ -47,7 +46,7 @@ enum BasisRecord {
 
 /// How the hyperparameters were found.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct SummaryRecord {
+pub(crate) struct SummaryRecord {
     log_marginal: f64,
     start: String,
     n_starts: usize,
@@ -106,7 +105,7 @@ impl PosteriorRecord {
         covariance: C,
         n_columns: usize,
     ) -> Result<Posterior<C>, ModelFileError> {
-        require_noise(self.noise_std).map_err(malformed)?;
+        data::require_noise(self.noise_std).map_err(malformed)?;
         let basis = self.basis.into_basis(n_columns)?;
         Posterior::from_parts(covariance, self.noise_std, basis).map_err(malformed)
     }

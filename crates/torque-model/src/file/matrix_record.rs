@@ -7,7 +7,7 @@ use faer::{Mat, MatRef};
 use linalg::PackedLower;
 use serde::{Deserialize, Serialize};
 
-use crate::model::file::ModelFileError;
+use crate::file::format::ModelFileError;
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct MatrixRecord {

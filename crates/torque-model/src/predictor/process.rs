@@ -1,56 +1,25 @@
 //! One Gaussian process at one state: the squared exponential on basis points, the rest in weights.
 //!
+//! ```text
+//! mean(x*) = k_B(x*)ᵀ β,   k_B(x*) = c(B, x*),   φ = L⁻¹ k_B(x*)
+//! var(x*) = c(x*, x*) − |φ|²                      samples as the basis
+//! var(x*) = (c(x*, x*) − |φ|²)₊ + σ² |R⁻ᵀ φ|²     pivots of a low-rank K̂ as the basis
+//! ```
 //! A process of several contexts is one whose covariance with each basis point is scaled by a number
-//! that depends on the context asked for; everything else is shared.
+//! that depends on the context asked for; one with the parameters of a rigid body has a covariance
+//! that is linear in Y(x) beside that of eq. (7). Everything else is shared.
 
 use faer::MatRef;
+use gp_core::Posterior;
+use gp_core::fit::RigidBodyAndProcess;
 use kernels::{Covariance, TorqueCovariance, sgn};
 use linalg::sums::{dot_compensated, dot_pairwise};
 use linalg::{PackedLower, exp_in_place};
+use mtgp::prior::{TaskMatrix, split};
 
-use crate::posterior::Posterior;
-
-/// Where a process keeps what it learned: its basis points and the factors of its variance.
-///
-/// ```text
-/// mean(x*) = k_P(x*)ᵀ β,   k_P(x*) = c(X_P, x*)
-/// φ = L⁻¹ k_P(x*)
-/// var(x*) = c(x*, x*) − |φ|²                      training points as the basis
-/// var(x*) = (c(x*, x*) − |φ|²)₊ + σ² |R⁻ᵀ φ|²     pivots of a low-rank K̂ as the basis
-/// ```
-/// # Shapes
-/// `points` (r, 3ℓ); `weights` β (r,); `l` (r, r): the factor of K + σ²I on training
-/// points, of K_PP on pivots; `noise` (Rᵀ (r, r), σ²) on pivots only.
-struct Basis<'a> {
-    covariance: &'a TorqueCovariance,
-    points: MatRef<'a, f64>,
-    weights: &'a [f64],
-    l: PackedLower,
-    noise: Option<(PackedLower, f64)>,
-}
-
-impl<'a> Basis<'a> {
-    /// Of a process over `covariance`, with the covariates of its basis points.
-    fn new<C: Covariance>(
-        posterior: &'a Posterior<C>,
-        covariance: &'a TorqueCovariance,
-        points: MatRef<'a, f64>,
-    ) -> Self {
-        let basis = posterior.basis();
-        let noise_var = posterior.noise_std() * posterior.noise_std();
-        let noise =
-            (basis.noise_factor.as_ref()).map(|r| (PackedLower::of(r.transpose()), noise_var));
-        let (weights, l) = (basis.weights.as_slice(), PackedLower::of(basis.factor.l()));
-        assert_eq!(points.nrows(), weights.len());
-        Self {
-            covariance,
-            points,
-            weights,
-            l,
-            noise,
-        }
-    }
-}
+use crate::predictor::regressor::{ParameterTerms, Parameters};
+use crate::process::{Process, TaskProcess};
+use crate::rows::{RegressorRows, States};
 
 /// How the covariance of eq. (7) is scaled in one context.
 ///
@@ -58,11 +27,11 @@ impl<'a> Basis<'a> {
 /// c(p, x) = s_p c^x(p, x) for basis point p,   c(x, x) = s c^x(x, x)
 /// ```
 #[derive(Debug, Clone)]
-pub struct Scaling {
+struct Scaling {
     /// s_p, (r,).
-    pub of_points: Vec<f64>,
+    of_points: Vec<f64>,
     /// s.
-    pub of_prior: f64,
+    of_prior: f64,
 }
 
 /// What differs between contexts.
@@ -124,86 +93,108 @@ struct Folded {
 
 /// A process ready to be asked at one state, in each of its contexts.
 #[derive(Debug, Clone)]
-pub struct ProcessPredictor {
+pub(crate) struct ProcessPredictor {
     terms: Terms,
     views: Vec<View>,
     points: Vec<f64>, // (r, 3ℓ), column after column
     signs: Vec<f64>,  // (r, ℓ), column after column, or empty
     l: PackedLower,
     noise: Option<(PackedLower, f64)>,
+    rigid_body: Option<(Parameters, ParameterTerms)>,
 }
 
 impl ProcessPredictor {
-    /// Of a process with one context.
-    pub(crate) fn new(posterior: &Posterior) -> Self {
+    /// Of a process of one context.
+    pub fn of_states(process: &Process<TorqueCovariance, States>) -> Self {
+        let posterior = &process.posterior;
         let points = posterior.basis().points.as_ref();
-        Self::from_basis(
-            Basis::new(posterior, posterior.covariance(), points),
-            vec![None],
-        )
+        Self::new(posterior, posterior.covariance(), points, vec![None])
     }
 
-    /// Of a process whose covariance is that of eq. (7), scaled by context.
+    /// Of a process of several contexts, with a scaling for each.
     ///
+    /// ```text
+    /// c((p, δ), (x, γ)) = (K^ρ)_γδ c^x(p, x)
+    /// ```
+    pub fn of_tasks(process: &TaskProcess) -> Self {
+        let covariance = process.covariance();
+        let k_task = covariance.task().k_task();
+        let rows = process.posterior.basis().points.as_ref();
+        let (points, tasks) = split(rows, covariance.n_tasks());
+        let scaling = |task: usize| Scaling {
+            of_points: tasks.iter().map(|&other| k_task[(other, task)]).collect(),
+            of_prior: k_task[(task, task)],
+        };
+        let scalings = (0..covariance.n_tasks()).map(scaling).map(Some);
+        let input = covariance.input();
+        Self::new(&process.posterior, input, points, scalings.collect())
+    }
+
+    /// Of a process on what a rigid body leaves, and of that.
+    pub fn of_rigid_body(process: &Process<RigidBodyAndProcess, RegressorRows>) -> Self {
+        let (posterior, rows) = (&process.posterior, &process.rows);
+        let covariance = posterior.covariance();
+        let (input, spread) = (
+            covariance.first().inner(),
+            covariance.second().inner().spread(),
+        );
+        let points = posterior.basis().points.as_ref();
+        let states = points.subcols(0, 3 * input.n_joints());
+        Self {
+            rigid_body: Some(Parameters::new(posterior, rows, spread)),
+            ..Self::new(posterior, input, states, vec![None])
+        }
+    }
+
     /// # Shapes
-    /// `points` (r, 3ℓ), the covariates of the basis points of `posterior`: its training
-    /// inputs if dense, else its pivots; `scalings` one per context.
-    /// # Panics
-    /// On other shapes.
-    pub fn scaled<C: Covariance>(
+    /// `points` (r, 3ℓ), the covariates of the basis points of `posterior`.
+    fn new<C: Covariance>(
         posterior: &Posterior<C>,
         input: &TorqueCovariance,
         points: MatRef<'_, f64>,
-        scalings: Vec<Scaling>,
+        scalings: Vec<Option<Scaling>>,
     ) -> Self {
-        assert_eq!(points.ncols(), 3 * input.n_joints());
-        let is_whole = |scaling: &Scaling| scaling.of_points.len() == points.nrows();
-        assert!(scalings.iter().all(is_whole), "one scale per basis point");
-        Self::from_basis(
-            Basis::new(posterior, input, points),
-            scalings.into_iter().map(Some).collect(),
-        )
-    }
-
-    fn from_basis(basis: Basis<'_>, scalings: Vec<Option<Scaling>>) -> Self {
-        let terms = Terms::of(basis.covariance);
-        let n_joints = basis.covariance.n_joints();
-        let points: Vec<f64> = (basis.points.col_iter())
-            .flat_map(|column| column.iter().copied())
-            .collect();
-        let velocities = basis.points.subcols(n_joints, terms.coulomb_var.len());
-        let signs: Vec<f64> = (velocities.col_iter())
-            .flat_map(|column| column.iter().map(|velocity| sgn(*velocity)))
-            .collect();
-        let view = |scaling| View::new(&terms, &points, &signs, basis.weights, scaling);
+        let (basis, n_joints) = (posterior.basis(), input.n_joints());
+        let terms = Terms::of(input);
+        let noise_var = posterior.noise_std() * posterior.noise_std();
+        let velocities = points.subcols(n_joints, terms.coulomb_var.len());
+        let points = columns_of(points);
+        let signs: Vec<f64> = columns_of(velocities).into_iter().map(sgn).collect();
+        let view = |scaling| View::new(&terms, &points, &signs, &basis.weights, scaling);
         Self {
             views: scalings.into_iter().map(view).collect(),
             terms,
             points,
             signs,
-            l: basis.l,
-            noise: basis.noise,
+            l: PackedLower::of(basis.factor.l()),
+            noise: (basis.noise_factor.as_ref())
+                .map(|r| (PackedLower::of(r.transpose()), noise_var)),
+            rigid_body: None,
         }
     }
 
     /// Number of basis points r.
-    pub(crate) fn n_points(&self) -> usize {
+    pub fn n_points(&self) -> usize {
         self.l.order()
     }
 
-    /// Number of contexts.
-    pub(crate) fn n_views(&self) -> usize {
-        self.views.len()
+    /// Number of columns of Y that it depends on.
+    pub fn n_parameters(&self) -> usize {
+        (self.rigid_body.as_ref()).map_or(0, |(parameters, _)| parameters.n_columns())
     }
 
-    /// Mean and latent variance at x in a context, with `signs` = sgn q̇ and two scratch vectors of r entries.
-    pub(crate) fn predict(
+    /// Mean and latent variance at x in a context.
+    ///
+    /// # Shapes
+    /// `signs` sgn q̇, (ℓ,); `of_joint` the joint's row of Y where there is a rigid body; scratch of r
+    /// entries twice, and one for each column of Y.
+    pub fn predict(
         &self,
         view: usize,
-        x: &[f64],
-        signs: &[f64],
+        (x, signs, of_joint): (&[f64], &[f64], &[f64]),
         correlations: &mut [f64],
         k: &mut [f64],
+        y: &mut [f64],
     ) -> (f64, f64) {
         let arch = pulp::Arch::new();
         arch.dispatch(
@@ -211,9 +202,14 @@ impl ProcessPredictor {
             || self.exponents_and_features(x, signs, correlations, k),
         );
         exp_in_place(correlations);
+        let mut rigid_body = (0.0, 0.0);
+        if let Some((parameters, terms)) = &self.rigid_body {
+            let mean = parameters.gather(of_joint, y);
+            rigid_body = (mean, terms.add_covariances(y, k));
+        }
         arch.dispatch(
             #[inline(always)]
-            || self.mean_and_var(&self.views[view], x, signs, correlations, k),
+            || self.mean_and_var(&self.views[view], (x, signs), rigid_body, correlations, k),
         )
     }
 
@@ -253,8 +249,8 @@ impl ProcessPredictor {
     fn mean_and_var(
         &self,
         view: &View,
-        x: &[f64],
-        signs: &[f64],
+        (x, signs): (&[f64], &[f64]),
+        (of_parameters, parameter_var): (f64, f64),
         correlations: &[f64],
         k: &mut [f64],
     ) -> (f64, f64) {
@@ -262,7 +258,8 @@ impl ProcessPredictor {
         let mean = dot_pairwise(&view.signal_weights, correlations)
             + dot_pairwise(&view.folded.linear, x)
             + dot_pairwise(&view.folded.coulomb, &signs[..n_signs])
-            + view.folded.bias;
+            + view.folded.bias
+            + of_parameters;
 
         for (k, correlation) in k.iter_mut().zip(correlations) {
             *k += self.terms.signal_var * correlation;
@@ -274,7 +271,7 @@ impl ProcessPredictor {
         }
         self.l.solve_in_place(k); // φ
         let prior_var = view.scale_prior(self.terms.prior_var(x, &signs[..n_signs]));
-        let unexplained = prior_var - dot_pairwise(k, k);
+        let unexplained = prior_var + parameter_var - dot_pairwise(k, k);
         // The comparison lets NaN through, which f64::max would turn into certainty.
         let mut var = if unexplained < 0.0 { 0.0 } else { unexplained };
         if let Some((r_transposed, noise_var)) = &self.noise {
@@ -283,6 +280,28 @@ impl ProcessPredictor {
         }
         (mean, var)
     }
+}
+
+impl ParameterTerms {
+    /// Adds y S Y_Bᵀ to the covariances with the basis points; gives y S y.
+    fn add_covariances(&self, y: &[f64], k: &mut [f64]) -> f64 {
+        let mut variance = 0.0;
+        for (col, (y, prior_var)) in y.iter().zip(&self.prior_var).enumerate() {
+            if *y != 0.0 {
+                variance += prior_var * y * y;
+                for (k, cross) in k.iter_mut().zip(self.cross.col_as_slice(col)) {
+                    *k += y * cross;
+                }
+            }
+        }
+        variance
+    }
+}
+
+/// The entries of a matrix, column after column.
+fn columns_of(matrix: MatRef<'_, f64>) -> Vec<f64> {
+    let columns = matrix.col_iter();
+    columns.flat_map(|column| column.iter().copied()).collect()
 }
 
 /// Column j of a matrix of r rows, stored column after column.

@@ -41,11 +41,11 @@ fn encoding() -> Encoding {
 /// What kind of model a file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelFileKind {
-    /// [`crate::TorqueModel`]: a torque model for each joint.
+    /// A torque model for each joint, of one load.
     OneContext,
     /// One for each joint that covers several contexts.
     ManyContexts,
-    /// [`crate::InformedModel`] for each joint, with the robot whose parameters they are of.
+    /// One for each joint, of one load, with the robot whose parameters it knows.
     RigidBody,
 }
 
@@ -126,13 +126,18 @@ impl ModelFileError {
     pub(crate) fn malformed(what: impl Into<String>) -> Self {
         Self::Malformed { what: what.into() }
     }
+
+    /// Of what is wrong with the parts of a model.
+    pub(crate) fn of(error: impl fmt::Display) -> Self {
+        Self::malformed(error.to_string())
+    }
 }
 
 /// The bytes of a model file with a record of numbers, strings and lists.
 ///
 /// # Panics
 /// If the record has no encoding, as one with a list of unknown length.
-pub fn encode_model(kind: ModelFileKind, record: &impl Serialize) -> Vec<u8> {
+pub(crate) fn encode_model(kind: ModelFileKind, record: &impl Serialize) -> Vec<u8> {
     let payload = bincode::serde::encode_to_vec(record, encoding())
         .expect("a record of numbers, strings and lists has an encoding");
     framed((kind.code() << 16) | FORMAT_VERSION, &payload)
@@ -142,7 +147,7 @@ pub fn encode_model(kind: ModelFileKind, record: &impl Serialize) -> Vec<u8> {
 ///
 /// # Errors
 /// [`ModelFileError`]: anything but a whole, unaltered file of this kind and a version known here.
-pub fn decode_model<R: DeserializeOwned>(
+pub(crate) fn decode_model<R: DeserializeOwned>(
     kind: ModelFileKind,
     bytes: &[u8],
 ) -> Result<R, ModelFileError> {

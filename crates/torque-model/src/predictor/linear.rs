@@ -1,6 +1,6 @@
 //! One linear model at one state.
 
-use crate::fit::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
+use gp_core::fit::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
 use linalg::PackedLower;
 use linalg::sums::dot_pairwise;
 

@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::file::ModelFileError;
-use crate::model::matrix_record::malformed;
-use crate::model::provenance::Provenance;
-use crate::model::training_ranges::TrainingRanges;
+use crate::file::format::ModelFileError;
+use crate::file::matrix_record::malformed;
+use crate::provenance::Provenance;
+use crate::ranges::TrainingRanges;
 
 /// The range of every covariate in the training data.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct RangesRecord {
+pub(crate) struct RangesRecord {
     min: Vec<f64>,
     max: Vec<f64>,
     n_samples: usize,
@@ -17,7 +17,7 @@ pub struct RangesRecord {
 
 /// Data, robot and program of a model.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct ProvenanceRecord {
+pub(crate) struct ProvenanceRecord {
     data_sha256: [u8; 32],
     robot_sha256: Option<[u8; 32]>,
     program: String,

@@ -1,0 +1,434 @@
+//! What stands in the payloads of model files of each kind, and the checks that turn it back into a model's parts.
+//!
+//! Records are plain: lists, numbers, strings.
+
+use std::sync::Arc;
+
+use gp_core::fit::{BayesLinear, LinearForm, ParameterPrior};
+use kernels::{OnColumns, Sum, TorqueCovariance};
+use mtgp::MultiTaskCovariance;
+use mtgp::prior::{TaskCovariance, TaskFactor};
+use puma_dyn::Model;
+use serde::{Deserialize, Serialize};
+
+use crate::file::format::{ModelFileError, ModelFileKind, decode_model, encode_model};
+use crate::file::matrix_record::{TriangleRecord, malformed, require, require_values};
+use crate::file::origin_record::{ProvenanceRecord, RangesRecord};
+use crate::file::process_record::{ParamsRecord, PosteriorRecord, SummaryRecord};
+use crate::joint_model::JointModel;
+use crate::learn::RankSelection;
+use crate::process::{Process, TaskProcess};
+use crate::robot_model::{ModelParts, kind_of};
+use crate::robot_source::RobotSource;
+use crate::rows::{RegressorRows, Rows, States, n_parameters};
+
+/// Kind 0: linear models and processes of one load.
+#[derive(Serialize, Deserialize)]
+struct OneContextRecord {
+    joint_names: Vec<String>,
+    ranges: RangesRecord,
+    provenance: ProvenanceRecord,
+    learned: Vec<(usize, JointRecord)>,
+}
+
+/// Kind 1: processes of several loads.
+#[derive(Serialize, Deserialize)]
+struct ManyContextsRecord {
+    joint_names: Vec<String>,
+    contexts: Vec<String>,
+    ranges: RangesRecord,
+    context_ranges: Vec<RangesRecord>,
+    provenance: ProvenanceRecord,
+    selection: Option<SelectionRecord>,
+    learned: Vec<(usize, TasksRecord)>,
+}
+
+/// Kind 2: models of one load that know a robot's parameters.
+#[derive(Serialize, Deserialize)]
+struct RigidBodyRecord {
+    robot: RobotSource,
+    learned: Vec<(usize, InformedRecord)>,
+    ranges: RangesRecord,
+    provenance: ProvenanceRecord,
+}
+
+#[derive(Serialize, Deserialize)]
+enum JointRecord {
+    Linear(LinearRecord),
+    Process(Box<ProcessRecord>),
+}
+
+#[derive(Serialize, Deserialize)]
+struct LinearRecord {
+    n_joints: usize,
+    has_signs: bool,
+    weights: Vec<f64>,
+    /// Rᵀ, so that it is a lower triangle.
+    r_transposed: TriangleRecord,
+}
+
+#[derive(Serialize, Deserialize)]
+struct ProcessRecord {
+    params: ParamsRecord,
+    posterior: PosteriorRecord,
+    summary: SummaryRecord,
+}
+
+#[derive(Serialize, Deserialize)]
+struct TasksRecord {
+    params: ParamsRecord,
+    task: TaskRecord,
+    posterior: PosteriorRecord,
+    summary: SummaryRecord,
+}
+
+#[derive(Serialize, Deserialize)]
+struct InformedRecord {
+    prior_mean: Vec<f64>,
+    prior_std: Vec<f64>,
+    spread: f64,
+    remainder: Option<ParamsRecord>,
+    posterior: PosteriorRecord,
+    summary: SummaryRecord,
+}
+
+#[derive(Serialize, Deserialize)]
+struct SelectionRecord {
+    criterion: String,
+    values: Vec<(usize, f64)>,
+}
+
+/// K^ρ; the number of tasks is that of the contexts.
+#[derive(Serialize, Deserialize)]
+enum TaskRecord {
+    Identity,
+    Ones,
+    /// The free entries of Λ, row by row.
+    Factor {
+        rank: usize,
+        entries: Vec<f64>,
+    },
+}
+
+/// The bytes of a model file.
+///
+/// # Panics
+/// If the joints' models are of several kinds, which [`crate::RobotModel::new`] excludes.
+pub(crate) fn write_model(parts: &ModelParts) -> Vec<u8> {
+    let kind = kind_of(parts);
+    match kind {
+        ModelFileKind::OneContext => encode_model(kind, &OneContextRecord::of(parts)),
+        ModelFileKind::ManyContexts => encode_model(kind, &ManyContextsRecord::of(parts)),
+        ModelFileKind::RigidBody => encode_model(kind, &RigidBodyRecord::of(parts)),
+    }
+}
+
+/// What the bytes of a model file hold, of whatever kind.
+///
+/// # Errors
+/// Anything but a whole, unaltered file of a version known here.
+pub(crate) fn read_model(bytes: &[u8]) -> Result<ModelParts, ModelFileError> {
+    let kind = ModelFileKind::of(bytes)?;
+    match kind {
+        ModelFileKind::OneContext => {
+            decode_model::<OneContextRecord>(kind, bytes).and_then(OneContextRecord::into_parts)
+        }
+        ModelFileKind::ManyContexts => {
+            decode_model::<ManyContextsRecord>(kind, bytes).and_then(ManyContextsRecord::into_parts)
+        }
+        ModelFileKind::RigidBody => {
+            decode_model::<RigidBodyRecord>(kind, bytes).and_then(RigidBodyRecord::into_parts)
+        }
+    }
+}
+
+/// The records of all joints' models.
+fn records<T>(parts: &ModelParts, record: impl Fn(&JointModel) -> Option<T>) -> Vec<(usize, T)> {
+    let of_kind = |model| record(model).expect("all models are of one kind");
+    let learned = parts.learned.iter();
+    learned.map(|(idx, model)| (*idx, of_kind(model))).collect()
+}
+
+/// The models of all joints' records.
+fn models<T>(
+    records: Vec<(usize, T)>,
+    model: impl Fn(T) -> Result<JointModel, ModelFileError>,
+) -> Result<Vec<(usize, JointModel)>, ModelFileError> {
+    let records = records.into_iter();
+    records
+        .map(|(idx, record)| Ok((idx, model(record)?)))
+        .collect()
+}
+
+impl OneContextRecord {
+    fn of(parts: &ModelParts) -> Self {
+        Self {
+            joint_names: parts.joint_names.clone(),
+            ranges: RangesRecord::of(&parts.ranges),
+            provenance: ProvenanceRecord::of(&parts.provenance),
+            learned: records(parts, |model| match model {
+                JointModel::Linear(linear) => Some(JointRecord::Linear(LinearRecord::of(linear))),
+                JointModel::Process(process) => {
+                    Some(JointRecord::Process(Box::new(ProcessRecord::of(process))))
+                }
+                _ => None,
+            }),
+        }
+    }
+
+    fn into_parts(self) -> Result<ModelParts, ModelFileError> {
+        Ok(ModelParts {
+            joint_names: self.joint_names,
+            contexts: Vec::new(),
+            learned: models(self.learned, |record| match record {
+                JointRecord::Linear(record) => Ok(record.into_linear()?.into()),
+                JointRecord::Process(record) => {
+                    Ok(JointModel::Process(Box::new(record.into_process()?)))
+                }
+            })?,
+            ranges: self.ranges.into_ranges()?,
+            context_ranges: Vec::new(),
+            selection: None,
+            robot: None,
+            provenance: self.provenance.into_provenance(),
+        })
+    }
+}
+
+impl ManyContextsRecord {
+    fn of(parts: &ModelParts) -> Self {
+        Self {
+            joint_names: parts.joint_names.clone(),
+            contexts: parts.contexts.clone(),
+            ranges: RangesRecord::of(&parts.ranges),
+            context_ranges: parts.context_ranges.iter().map(RangesRecord::of).collect(),
+            provenance: ProvenanceRecord::of(&parts.provenance),
+            selection: parts.selection.as_ref().map(|selection| SelectionRecord {
+                criterion: selection.criterion.clone(),
+                values: selection.values.clone(),
+            }),
+            learned: records(parts, |model| model.tasks().map(TasksRecord::of)),
+        }
+    }
+
+    fn into_parts(self) -> Result<ModelParts, ModelFileError> {
+        let (n_joints, n_tasks) = (self.joint_names.len(), self.contexts.len());
+        let context_ranges = self.context_ranges.into_iter();
+        Ok(ModelParts {
+            learned: models(self.learned, |record| {
+                Ok(record.into_process(n_joints, n_tasks)?.into())
+            })?,
+            joint_names: self.joint_names,
+            contexts: self.contexts,
+            ranges: self.ranges.into_ranges()?,
+            context_ranges: context_ranges
+                .map(RangesRecord::into_ranges)
+                .collect::<Result<_, _>>()?,
+            selection: self.selection.map(|record| RankSelection {
+                criterion: record.criterion,
+                values: record.values,
+            }),
+            robot: None,
+            provenance: self.provenance.into_provenance(),
+        })
+    }
+}
+
+impl RigidBodyRecord {
+    fn of(parts: &ModelParts) -> Self {
+        Self {
+            robot: parts.robot.clone().expect("such models know their robot"),
+            learned: records(parts, InformedRecord::of),
+            ranges: RangesRecord::of(&parts.ranges),
+            provenance: ProvenanceRecord::of(&parts.provenance),
+        }
+    }
+
+    fn into_parts(self) -> Result<ModelParts, ModelFileError> {
+        let robot = self.robot.model("the model's robot").map_err(malformed)?;
+        let n_joints = robot.n_joints();
+        let indices: Vec<usize> = self.learned.iter().map(|(idx, _)| *idx).collect();
+        let are_joints =
+            indices.is_sorted_by(|a, b| a < b) && indices.iter().all(|idx| *idx < n_joints);
+        require(!indices.is_empty() && are_joints, || {
+            format!("joints {indices:?} of {n_joints}")
+        })?;
+        let robot = Arc::new(robot);
+        let learned = (self.learned.into_iter())
+            .map(|(idx, record)| Ok((idx, record.into_model(&robot, idx)?)))
+            .collect::<Result<_, ModelFileError>>()?;
+        Ok(ModelParts {
+            joint_names: robot.joint_names().to_vec(),
+            contexts: Vec::new(),
+            learned,
+            ranges: self.ranges.into_ranges()?,
+            context_ranges: Vec::new(),
+            selection: None,
+            robot: Some(self.robot),
+            provenance: self.provenance.into_provenance(),
+        })
+    }
+}
+
+impl LinearRecord {
+    fn of(linear: &BayesLinear) -> Self {
+        Self {
+            n_joints: linear.n_joints(),
+            has_signs: linear.form() == LinearForm::Coulomb,
+            weights: linear.weights().to_vec(),
+            r_transposed: TriangleRecord::of(linear.r().transpose()),
+        }
+    }
+
+    fn into_linear(self) -> Result<BayesLinear, ModelFileError> {
+        let form = if self.has_signs {
+            LinearForm::Coulomb
+        } else {
+            LinearForm::Smooth
+        };
+        // Bounded before it is multiplied, as it comes from the file.
+        require(self.n_joints <= self.weights.len(), || {
+            format!("{} joints", self.n_joints)
+        })?;
+        let n_features = form.n_features(self.n_joints);
+        require_values("weights of a linear model", &self.weights, n_features)?;
+        let r = self.r_transposed.into_packed("R", n_features)?;
+        Ok(BayesLinear::from_parts(
+            form,
+            self.n_joints,
+            self.weights,
+            r.to_mat().transpose().to_owned(),
+        ))
+    }
+}
+
+impl ProcessRecord {
+    fn of(process: &Process<TorqueCovariance, States>) -> Self {
+        Self {
+            params: ParamsRecord::of(process.posterior.covariance()),
+            posterior: PosteriorRecord::of(&process.posterior),
+            summary: SummaryRecord::of(&process.summary),
+        }
+    }
+
+    fn into_process(self) -> Result<Process<TorqueCovariance, States>, ModelFileError> {
+        let covariance = self.params.into_covariance()?;
+        let rows = States {
+            n_joints: covariance.n_joints(),
+        };
+        Ok(Process {
+            posterior: (self.posterior).into_posterior(covariance, rows.n_columns())?,
+            rows,
+            summary: self.summary.into_summary()?,
+        })
+    }
+}
+
+impl TasksRecord {
+    fn of(process: &TaskProcess) -> Self {
+        Self {
+            params: ParamsRecord::of(process.covariance().input()),
+            task: TaskRecord::of(process.covariance().task()),
+            posterior: PosteriorRecord::of(&process.posterior),
+            summary: SummaryRecord::of(&process.summary),
+        }
+    }
+
+    fn into_process(self, n_joints: usize, n_tasks: usize) -> Result<TaskProcess, ModelFileError> {
+        let input = self.params.into_covariance()?;
+        require(input.n_joints() == n_joints, || {
+            format!("a process of {} joints", input.n_joints())
+        })?;
+        let prior = MultiTaskCovariance::new(input, self.task.into_task(n_tasks)?);
+        let posterior = self.posterior.into_posterior(prior, 3 * n_joints + 1)?;
+        let process = TaskProcess::of_tasks(posterior, self.summary.into_summary()?);
+        let points = process.posterior.basis().points.as_ref();
+        require(process.rows.admit(points), || {
+            format!("rows of other than {n_tasks} tasks")
+        })?;
+        Ok(process)
+    }
+}
+
+impl TaskRecord {
+    fn of(task: &TaskCovariance) -> Self {
+        match task {
+            TaskCovariance::Identity { .. } => Self::Identity,
+            TaskCovariance::Ones { .. } => Self::Ones,
+            TaskCovariance::Factor(factor) => Self::Factor {
+                rank: factor.rank(),
+                entries: factor.entries(),
+            },
+        }
+    }
+
+    fn into_task(self, n_tasks: usize) -> Result<TaskCovariance, ModelFileError> {
+        Ok(match self {
+            Self::Identity => TaskCovariance::Identity { n_tasks },
+            Self::Ones => TaskCovariance::Ones { n_tasks },
+            Self::Factor { rank, entries } => TaskCovariance::Factor(
+                TaskFactor::from_entries(n_tasks, rank, &entries).map_err(malformed)?,
+            ),
+        })
+    }
+}
+
+impl InformedRecord {
+    fn of(model: &JointModel) -> Option<Self> {
+        let (rows, posterior) = match model {
+            JointModel::RigidBody(p) => (&p.rows, PosteriorRecord::of(&p.posterior)),
+            JointModel::RigidBodyAndProcess(p) => (&p.rows, PosteriorRecord::of(&p.posterior)),
+            _ => return None,
+        };
+        Some(Self {
+            prior_mean: rows.prior.mean.clone(),
+            prior_std: rows.prior.std.clone(),
+            spread: model.spread()?,
+            remainder: model.input_covariance().map(ParamsRecord::of),
+            posterior,
+            summary: SummaryRecord::of(model.summary()?),
+        })
+    }
+
+    fn into_model(
+        self,
+        robot: &Arc<Model>,
+        joint_idx: usize,
+    ) -> Result<JointModel, ModelFileError> {
+        let (n_joints, n_parameters) = (robot.n_joints(), n_parameters(robot));
+        require_values("means of parameters", &self.prior_mean, n_parameters)?;
+        require_values("standard deviations", &self.prior_std, n_parameters)?;
+        require_values("spread", &[self.spread], 1)?;
+        let rows = RegressorRows {
+            robot: Arc::clone(robot),
+            joint_idx,
+            prior: ParameterPrior {
+                mean: self.prior_mean,
+                std: self.prior_std,
+            },
+        };
+        let (n_inputs, n_columns) = (3 * n_joints, rows.n_columns());
+        let parameters = (rows.prior.covariance_at(n_inputs, self.spread)).map_err(malformed)?;
+        let summary = self.summary.into_summary()?;
+        let Some(params) = self.remainder else {
+            let posterior = self.posterior.into_posterior(parameters, n_columns)?;
+            return Ok(JointModel::RigidBody(Box::new(Process {
+                posterior,
+                rows,
+                summary,
+            })));
+        };
+        let remainder = params.into_covariance()?;
+        let found = remainder.n_joints();
+        require(found == n_joints, || {
+            format!("a covariance of {found} joints")
+        })?;
+        let covariance = Sum::new(OnColumns::new(remainder, 0..n_inputs), parameters);
+        let posterior = self.posterior.into_posterior(covariance, n_columns)?;
+        Ok(JointModel::RigidBodyAndProcess(Box::new(Process {
+            posterior,
+            rows,
+            summary,
+        })))
+    }
+}

@@ -1,0 +1,58 @@
+//! LR¬c and LRc: Bayesian linear regression, eq. (9).
+
+use gp_core::fit::{BayesLinear, LinearForm};
+
+use crate::error::TorqueError;
+use crate::joint_model::JointModel;
+use crate::learn::learner::{Candidate, Learn};
+use crate::learn::process::only_model;
+use crate::samples::{JointTorques, Samples};
+
+/// Torques that are linear in the state, and in the signs of the speeds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Linear {
+    /// Whether the signs are among the features.
+    pub form: LinearForm,
+}
+
+impl Linear {
+    /// LR¬c.
+    pub fn smooth() -> Self {
+        let form = LinearForm::Smooth;
+        Self { form }
+    }
+
+    /// LRc.
+    pub fn coulomb() -> Self {
+        let form = LinearForm::Coulomb;
+        Self { form }
+    }
+}
+
+impl Learn for Linear {
+    fn name(&self) -> String {
+        match self.form {
+            LinearForm::Smooth => "LR¬c".to_owned(),
+            LinearForm::Coulomb => "LRc".to_owned(),
+        }
+    }
+
+    fn candidates(
+        &self,
+        samples: &Samples,
+        joint: &JointTorques,
+        _tell: &mut dyn FnMut(&str),
+    ) -> Result<Vec<Candidate>, TorqueError> {
+        let linear = BayesLinear::fit(samples.x.as_ref(), &joint.values, self.form)?;
+        Ok(vec![JointModel::from(linear).into()])
+    }
+
+    fn finish(
+        &self,
+        _samples: &Samples,
+        _joint: &JointTorques,
+        candidate: Candidate,
+    ) -> Result<JointModel, TorqueError> {
+        only_model(candidate)
+    }
+}

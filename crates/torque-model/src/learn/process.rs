@@ -1,0 +1,61 @@
+//! GP¬c and GPc: a Gaussian process of one load, eqs. (3)–(8) and (22).
+
+use gp_core::FitOptions;
+use kernels::TorqueForm;
+
+use crate::error::TorqueError;
+use crate::joint_model::JointModel;
+use crate::learn::learner::{Candidate, Learn};
+use crate::samples::{JointTorques, Samples};
+
+/// A process with the covariance of eq. (7).
+#[derive(Debug, Clone, PartialEq)]
+pub struct SingleProcess {
+    /// Whether friction is among its terms.
+    pub form: TorqueForm,
+    /// How its hyperparameters are searched for.
+    pub options: FitOptions,
+}
+
+impl Learn for SingleProcess {
+    fn name(&self) -> String {
+        match self.form {
+            TorqueForm::Smooth => "GP¬c".to_owned(),
+            TorqueForm::Coulomb => "GPc".to_owned(),
+        }
+    }
+
+    fn candidates(
+        &self,
+        samples: &Samples,
+        joint: &JointTorques,
+        tell: &mut dyn FnMut(&str),
+    ) -> Result<Vec<Candidate>, TorqueError> {
+        tell(&self.name());
+        let x = samples.x.as_ref();
+        let fit = gp_core::fit(x, &joint.values, self.form, &self.options)?;
+        Ok(vec![JointModel::from(fit).into()])
+    }
+
+    fn finish(
+        &self,
+        _samples: &Samples,
+        _joint: &JointTorques,
+        candidate: Candidate,
+    ) -> Result<JointModel, TorqueError> {
+        only_model(candidate)
+    }
+}
+
+/// The model of a candidate that is one.
+///
+/// # Errors
+/// [`TorqueError::OtherKind`] for another's.
+pub(super) fn only_model(candidate: Candidate) -> Result<JointModel, TorqueError> {
+    match candidate {
+        Candidate::Model(model) => Ok(*model),
+        Candidate::Tasks(_) => Err(TorqueError::OtherKind {
+            what: "a candidate of several contexts is no model of one".to_owned(),
+        }),
+    }
+}
