@@ -46,7 +46,8 @@ pub enum Command {
     /// A lock for changes that must not move any number: write the list before such a change and check it after each
     /// step, on the same machine. It runs the release builds of `torque-gp` and `bench-suite` on fixed inputs and
     /// looks at their files and what they print alone. DIR/bits.tsv has a line a result, its SHA-256 and its
-    /// name, and DIR the results themselves; those that a check finds changed are put in DIR/changed.
+    /// name, and DIR the results themselves; those that a check finds changed are put in
+    /// target/release/bits-changed.
     #[command(group = clap::ArgGroup::new("what").required(true))]
     Bits {
         /// Compute everything and write the list to DIR

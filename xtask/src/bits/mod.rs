@@ -56,7 +56,9 @@ pub fn write(directory: &Path, only: &[Group]) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Computes the results again and says which are not those of the directory; they are saved in its folder `changed`.
+/// Computes the results again and says which are not those of the directory.
+///
+/// These are saved beside the programs, so that several checkouts can be checked against one directory at a time.
 ///
 /// # Errors
 /// If a program cannot be built or fails, or a file cannot be read.
@@ -64,7 +66,7 @@ pub fn check(directory: &Path, only: &[Group]) -> anyhow::Result<ExitCode> {
     let (groups, names) = asked(only);
     let mut before = read(&directory.join(LIST))?;
     before.retain(&names, true);
-    let changed = directory.join("changed");
+    let changed = program::path("bits-changed")?;
     remove(&changed)?;
     let results = results(&groups)?;
     let differences = hashes(&results).differences(&before);
