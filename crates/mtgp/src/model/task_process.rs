@@ -40,7 +40,7 @@ impl TaskProcess {
         match self.covariance().task() {
             TaskCovariance::Identity { .. } => "iGP".to_owned(),
             TaskCovariance::Ones { .. } => "pGP".to_owned(),
-            task => format!("mGP-{}", task.rank()),
+            TaskCovariance::Factor(factor) => format!("mGP-{}", factor.rank()),
         }
     }
 
