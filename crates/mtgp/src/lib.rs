@@ -13,6 +13,7 @@ mod kron;
 mod latent_functions;
 mod latent_predictor;
 mod layout;
+mod matrix_root;
 mod model;
 mod noise_free;
 mod novel_context;

@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 use kernels::{ParamLayout, TorqueCovariance, TorqueParams, Transform};
 
 use crate::error::MtgpError;
-use crate::fit::rank_part::pivoted_columns;
+use crate::matrix_root::pivoted_columns;
 use crate::prior::MultiTaskCovariance;
 use crate::task_cov::{TaskCovariance, TaskFactor};
 

@@ -79,7 +79,7 @@ fn joints_starts_and_targets_must_match() {
     let fits = separate(&data, &targets);
     let none = fit_shared(&data, &[], 2, &[], &options());
     assert!(matches!(none, Err(MtgpError::NoJoints)));
-    let few = fit_shared(&data, &targets, 2, &[(&fits[0]).into()], &options());
+    let few = fit_shared(&data, &targets, 2, &[fits[0].start()], &options());
     assert!(matches!(
         few,
         Err(MtgpError::CountMismatch {

@@ -198,7 +198,8 @@ fn a_strong_prior_pulls_the_most_probable_k_task_to_it() {
         let likelihood = LogMarginal::new(data.inputs(), &targets, LikelihoodOptions::dense());
         let mut posterior = WithTaskPrior::new(likelihood, prior.unwrap(), TaskMeasure::Matrix);
         let limits = FitOptions::chapter().limits();
-        let end = search(&mut posterior, &Start::given(covariance, 0.3), &limits);
+        let start = Start::given(covariance.clone(), 0.3);
+        let end = search(&mut posterior, &start, &limits);
         let k = end.covariance.task().k_task();
         k[(1, 0)] / (k[(0, 0)] * k[(1, 1)]).sqrt()
     };
