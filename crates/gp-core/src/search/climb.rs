@@ -458,14 +458,14 @@ pub struct Found<C> {
     pub stages: Vec<StageReport>,
     /// Index in the last stage of the start that led there.
     pub winner: usize,
+    /// Where that start is from.
+    pub origin: Origin,
 }
 
 impl<C> Found<C> {
     /// Where another search may set out.
     pub fn into_start(self) -> Start<C> {
-        let winner = self.stages.last().map(|stage| &stage.starts[self.winner]);
-        let origin = winner.map_or(Origin::Given, |start| start.origin);
-        Start::new(origin, self.covariance, self.noise_std)
+        Start::new(self.origin, self.covariance, self.noise_std)
     }
 
     /// The same end, with the covariance as part of another.
@@ -477,6 +477,7 @@ impl<C> Found<C> {
             bounds_hit: self.bounds_hit,
             stages: self.stages,
             winner: self.winner,
+            origin: self.origin,
         }
     }
 }
@@ -523,6 +524,7 @@ pub fn climb<C: Covariance + Clone, L: Likelihood<C>>(
         log_marginal: end.report.log_marginal,
         stages,
         winner,
+        origin: end.report.origin,
     })
 }
 
