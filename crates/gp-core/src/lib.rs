@@ -25,5 +25,5 @@ pub use optimize::StopReason;
 pub use posterior::{Basis, Posterior, Prediction};
 pub use search::{
     Distance, FitOptions, FitReport, Found, Limits, Origin, Plan, SearchEnd, SearchScheme, Stage,
-    StageReport, Start, StartReport, Starts, climb, highest, refine, search,
+    StageReport, Start, StartReport, Starts, climb, refine, search,
 };

@@ -100,7 +100,7 @@ impl<C: Covariance + Clone> Fit<C> {
 /// # Panics
 /// If `x` does not have the number of columns that a covariance needs.
 /// # Source
-/// Sec. 3 and A.1, for another covariance than eq. (7).
+/// Sec. 3 and A.1, for other covariances than that of a torque.
 pub fn fit_covariance<C: Covariance + Clone>(
     x: MatRef<'_, f64>,
     targets: &[f64],

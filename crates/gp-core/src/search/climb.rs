@@ -305,8 +305,11 @@ fn go_on<C: Covariance + Clone>(
     end.add(&minimum, n_new, work.get());
 }
 
-/// The bounds of (θ, σ), without a function on them.
-fn bounds<C: Covariance>(covariance: &C) -> Reparametrised<fn(&[f64], &mut [f64]) -> f64> {
+/// Coordinates without a function of them.
+type Bounds = Reparametrised<fn(&[f64], &mut [f64]) -> f64>;
+
+/// The bounds of (θ, σ).
+fn bounds<C: Covariance>(covariance: &C) -> Bounds {
     Reparametrised::new(&layout_with_noise(covariance), |_, _| 0.0)
 }
 
@@ -423,7 +426,7 @@ fn raised(noise_std: f64, nats: f64) -> f64 {
 }
 
 /// Index of the highest finite likelihood; the earliest of equals.
-pub fn highest<C>(ends: &[SearchEnd<C>]) -> Option<usize> {
+fn highest<C>(ends: &[SearchEnd<C>]) -> Option<usize> {
     report::highest(ends.iter().map(|end| end.report.log_marginal))
 }
 
@@ -455,14 +458,14 @@ pub struct Found<C> {
     pub stages: Vec<StageReport>,
     /// Index in the last stage of the start that led there.
     pub winner: usize,
+    /// Where that start is from.
+    pub origin: Origin,
 }
 
 impl<C> Found<C> {
     /// Where another search may set out.
     pub fn into_start(self) -> Start<C> {
-        let winner = self.stages.last().map(|stage| &stage.starts[self.winner]);
-        let origin = winner.map_or(Origin::Given, |start| start.origin);
-        Start::new(origin, self.covariance, self.noise_std)
+        Start::new(self.origin, self.covariance, self.noise_std)
     }
 
     /// The same end, with the covariance as part of another.
@@ -474,6 +477,7 @@ impl<C> Found<C> {
             bounds_hit: self.bounds_hit,
             stages: self.stages,
             winner: self.winner,
+            origin: self.origin,
         }
     }
 }
@@ -497,9 +501,14 @@ pub fn climb<C: Covariance + Clone, L: Likelihood<C>>(
         let before = highest(&ends).map(|best| ends.swap_remove(best).into_start(plan.later));
         // Its matrices are as large as those of the posterior to come, so it ends here.
         let mut evidence = data(idx);
-        ends = from_each(&mut evidence, stage.set_out(before.as_ref(), starts), stage);
+        ends = from_each(
+            &mut evidence,
+            &stage.set_out(before.as_ref(), starts),
+            stage,
+        );
         if before.is_some() && highest(&ends).is_none() {
-            ends.extend(from_each(&mut evidence, starts.iter().collect(), stage));
+            let all: Vec<&Start<C>> = starts.iter().collect();
+            ends.extend(from_each(&mut evidence, &all, stage));
         }
         stages.push(StageReport {
             n_samples: evidence.n_samples(),
@@ -515,6 +524,7 @@ pub fn climb<C: Covariance + Clone, L: Likelihood<C>>(
         log_marginal: end.report.log_marginal,
         stages,
         winner,
+        origin: end.report.origin,
     })
 }
 
@@ -538,12 +548,12 @@ impl Stage {
 /// Searches from each start in turn, as long as there is work left for the stage, and goes on from the highest end.
 fn from_each<C: Covariance + Clone>(
     evidence: &mut impl Likelihood<C>,
-    starts: Vec<&Start<C>>,
+    starts: &[&Start<C>],
     stage: &Stage,
 ) -> Vec<SearchEnd<C>> {
     let mut left = stage.work;
     let mut ends: Vec<SearchEnd<C>> = Vec::new();
-    for start in &starts {
+    for start in starts {
         if start.distance != Distance::MoreSamples {
             left = left.min(stage.work_of_starts);
         }

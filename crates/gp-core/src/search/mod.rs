@@ -6,7 +6,7 @@ mod plan;
 mod report;
 mod start;
 
-pub use climb::{Found, SearchEnd, climb, highest, refine, search};
+pub use climb::{Found, SearchEnd, climb, refine, search};
 pub use options::{FitOptions, Limits, SearchScheme, Starts};
 pub use plan::{Further, Plan, Stage, Tried};
 pub use report::{FitReport, StageReport, StartReport};

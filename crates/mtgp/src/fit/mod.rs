@@ -6,7 +6,7 @@ mod moments;
 mod options;
 mod parts;
 mod rank_choice;
-pub(crate) mod rank_part;
+mod rank_part;
 mod ranks;
 mod shared_factor;
 mod staged;
