@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use puma_dyn::{JointKind, Limits, Model};
 
-use crate::table::NumberColumn;
+use crate::number_column::NumberColumn;
 
 /// Counts of unlikely positions, column by column.
 pub struct DegreesWatch {
