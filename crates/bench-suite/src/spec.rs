@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Deserialize;
 
 use crate::cell::{Cell, ModelKind};
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
 use crate::split::UNIQUE;
 
@@ -15,8 +16,6 @@ const SOURCES: [(&str, &str); 3] = [
     ("fig08.toml", include_str!("../experiments/fig08.toml")),
 ];
 
-/// Joints of the PUMA 560.
-pub const N_JOINTS: usize = 6;
 /// Training samples of a load, the largest size.
 pub const MAX_SIZE: usize = 4000;
 

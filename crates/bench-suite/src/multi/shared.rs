@@ -11,13 +11,13 @@ use mtgp::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::measure::{Bench, Training};
+use super::bench::{Bench, Training};
 use super::model::MultiModel;
 use super::unit::{ContextScore, ModelRecord, Unit, UnitRecord};
 use crate::cell::TestSet;
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::models::stop_name;
-use crate::spec::N_JOINTS;
+use crate::fit_summary::stop_name;
 use crate::store::{Finished, MANY_MEASURED_BY, Work};
 
 /// Evaluations of the sum over the joints that each search may use.

@@ -8,8 +8,9 @@ use super::model::MultiModel;
 use super::shared::SharedScope;
 use super::unit::Unit;
 use crate::cell::TestSet;
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::spec::{MAX_SIZE, N_JOINTS, Profile, Prose};
+use crate::spec::{MAX_SIZE, Profile, Prose};
 use crate::split::UNIQUE;
 
 /// Sources of the experiments, compiled in so that the program runs from anywhere.

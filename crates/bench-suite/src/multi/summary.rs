@@ -3,8 +3,7 @@
 use kernels::Covariance;
 use mtgp::{Origin, TaskFit, TaskStart};
 
-use crate::cell::{FitSummary, StartSummary};
-use crate::models::{method_name, start_name, stop_name};
+use crate::fit_summary::{FitSummary, StartSummary, method_name, start_name, stop_name};
 
 /// Summary of a fit; its hyperparameters are those of c^x, Λ has a place of its own.
 ///

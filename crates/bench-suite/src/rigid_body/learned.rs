@@ -10,9 +10,8 @@ use puma_dyn::{N_PARAMETERS, Scenario};
 
 use super::parameters::{self, Knowledge};
 use super::rows::{self, States};
-use crate::cell::{FitSummary, StartSummary};
 use crate::error::BenchError;
-use crate::models::{method_name, stop_name};
+use crate::fit_summary::{FitSummary, StartSummary, method_name, stop_name};
 
 /// Rows that are predicted at a time.
 const BLOCK: usize = 4000;

@@ -5,8 +5,7 @@ use std::sync::OnceLock;
 use faer::{Mat, MatRef};
 use puma_dyn::{Model, N_DRIVE_PARAMETERS, N_PARAMETERS, Scenario, Workspace, full_regressor};
 
-use crate::dataset::DataSet;
-use crate::spec::N_JOINTS;
+use crate::dataset::{DataSet, N_JOINTS};
 use crate::split::N_ROWS;
 
 /// States with what a rigid-body model makes of them, for one joint.

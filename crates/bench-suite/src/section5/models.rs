@@ -9,10 +9,10 @@ use super::part::Task;
 use super::spec::Section5Experiment;
 use super::training_set::{SPLIT_SEED, TrainingSet};
 use crate::data_figures::section::{Section, csv};
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
 use crate::metrics::nmse;
 use crate::report::text_table::{TextTable, score};
-use crate::spec::N_JOINTS;
 use crate::split::{N_ROWS, Split};
 
 /// Settings of a profile.

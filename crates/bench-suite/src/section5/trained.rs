@@ -12,12 +12,11 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::training_set::{Samples, TrainingSet};
-use crate::dataset::DataSet;
+use crate::dataset::{DataSet, N_JOINTS};
 use crate::digest::sha256_hex;
 use crate::error::BenchError;
 use crate::run::Reuse;
 use crate::shard::Shard;
-use crate::spec::N_JOINTS;
 use crate::store::write_atomically;
 
 /// Fingerprint of sources, data and dependencies behind a model, made by the build script.
@@ -25,6 +24,9 @@ const TRAINED_BY: &str = env!("TRAINED_BY");
 
 /// Rank of the mGP: what BIC chooses at most sizes in section 4.6.
 pub const RANK: usize = 4;
+
+/// Kinds of models as names of files begin with them.
+pub const KINDS: [&str; 3] = ["mgp", "igp", "pgp"];
 
 /// The models of one training set, each of all six joints.
 #[derive(Debug, Clone)]
@@ -69,7 +71,7 @@ impl Shelf {
     /// # Panics
     /// If the data lack one of the loads.
     pub fn trained(&self, set: &TrainingSet, data: &DataSet) -> Result<Arc<Trained>, BenchError> {
-        let key = format!("format 2; trained by {TRAINED_BY}; {}", set.key());
+        let key = key(set);
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(trained) = open.get(&key) {
             return Ok(Arc::clone(trained));
@@ -113,27 +115,54 @@ impl Shelf {
 
     fn save(&self, key: &str, joint_idx: usize, trained: &Trained) -> Result<(), BenchError> {
         std::fs::create_dir_all(&self.dir).map_err(BenchError::io(&self.dir))?;
-        let models = [
-            ("mgp", &trained.mgp),
-            ("igp", &trained.igp),
-            ("pgp", &trained.pgp),
-        ];
-        for (name, model) in models {
-            write_atomically(&self.path(key, joint_idx, name), &model.to_bytes())?;
+        for (kind, bytes) in trained.files() {
+            write_atomically(&self.path(key, joint_idx, kind), &bytes)?;
         }
         Ok(())
     }
 
     /// File of one of the models of a joint.
     fn path(&self, key: &str, joint_idx: usize, model: &str) -> PathBuf {
-        let hash = sha256_hex(key.as_bytes());
-        let joint = joint_idx + 1;
-        self.dir
-            .join(format!("{model}-joint{joint}-{}.tgp", &hash[..16]))
+        self.dir.join(name_of(key, joint_idx, model))
     }
 }
 
+/// Everything that the models of a training set depend on.
+fn key(set: &TrainingSet) -> String {
+    format!("format 2; trained by {TRAINED_BY}; {}", set.key())
+}
+
+fn name_of(key: &str, joint_idx: usize, model: &str) -> String {
+    let hash = sha256_hex(key.as_bytes());
+    let joint = joint_idx + 1;
+    format!("{model}-joint{joint}-{}.tgp", &hash[..16])
+}
+
+/// Name of the file of one of the [`KINDS`] of a joint, from 0.
+pub fn file_name(set: &TrainingSet, joint_idx: usize, kind: &str) -> String {
+    name_of(&key(set), joint_idx, kind)
+}
+
+/// Fits one joint, from 1, of a training set: the contents of its files, by their [`KINDS`].
+///
+/// # Errors
+/// `MultiTask` or `Fit`.
+pub fn model_files(
+    set: &TrainingSet,
+    data: &DataSet,
+    joint: usize,
+) -> Result<[(&'static str, Vec<u8>); 3], BenchError> {
+    let samples = set.samples(data)?;
+    Ok(fit(set, &samples, data, joint)?.files())
+}
+
 impl Trained {
+    /// Contents of the model files, by their [`KINDS`].
+    fn files(&self) -> [(&'static str, Vec<u8>); 3] {
+        let models = [&self.mgp, &self.igp, &self.pgp];
+        std::array::from_fn(|idx| (KINDS[idx], models[idx].to_bytes()))
+    }
+
     /// The models of all joints from those of each.
     fn of_joints(joints: Vec<(usize, Self)>) -> Result<Self, BenchError> {
         let mut of_kind: [Vec<MultiTaskModel>; 3] = Default::default();

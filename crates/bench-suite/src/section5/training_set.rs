@@ -2,17 +2,28 @@
 
 use faer::Mat;
 use mtgp::Stacked;
+use serde::Deserialize;
 
+use super::spec::Section5Experiment;
 use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::multi::draw::nested;
 use crate::seed::{sample_indices, stream};
+use crate::spec::Profile;
 use crate::split::{REFERENCE, Split, TrajectoryId, UNIQUE};
 
 /// Seed of the subsets, that of figures 10 and 11.
 const SEED: &str = "many-contexts";
 /// Seed of the training and test sets, that of table 3.
 pub const SPLIT_SEED: &str = "one-context";
+
+/// What the settings of an experiment say of its training set, among others.
+#[derive(Deserialize)]
+struct SetSettings {
+    n_total: Option<usize>,
+    #[serde(default)]
+    held_out: Vec<String>,
+}
 
 /// Samples of the loads c1 to c`n_contexts`, equally many of each.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,6 +44,32 @@ impl TrainingSet {
             n_total,
             held_out: Vec::new(),
         }
+    }
+
+    /// What the models of an experiment are trained on in a profile; `None` if it uses none of the shared ones.
+    ///
+    /// # Errors
+    /// `Experiment` if there is no such profile, or a trajectory held out does not exist.
+    pub fn of_experiment(
+        experiment: &Section5Experiment,
+        profile: Profile,
+    ) -> Result<Option<Self>, BenchError> {
+        let settings: SetSettings = experiment.settings(profile)?;
+        let Some(n_total) = settings.n_total else {
+            return Ok(None);
+        };
+        let trajectory = |run: &String| {
+            let found = TrajectoryId::all().find(|id| id.to_string() == *run);
+            found.ok_or_else(|| BenchError::Experiment {
+                name: experiment.name.clone(),
+                message: format!("no trajectory is named {run}"),
+            })
+        };
+        let held_out = settings.held_out.iter().map(trajectory);
+        Ok(Some(Self {
+            held_out: held_out.collect::<Result<_, _>>()?,
+            ..Self::of_table_2(n_total)
+        }))
     }
 
     /// Samples of each load.

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plant::Plant;
 use crate::cell::ModelKind;
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
 use crate::models::Fitted;
 use crate::multi::draw::nested;
@@ -23,7 +24,6 @@ use crate::rigid_body::{JointModel, RigidBodyFit, RigidBodyForm};
 use crate::section5::bench::Bench;
 use crate::section5::trained::Trained;
 use crate::section5::training_set::{SPLIT_SEED, TrainingSet};
-use crate::spec::N_JOINTS;
 use crate::split::Split;
 
 /// Seed of the samples of c15.

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::plant::{Control, PERIOD, Plant, Tally};
 use super::settings::Settings;
 use super::source::TorqueTable;
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::spec::N_JOINTS;
 
 /// Time before the change from which on the tracker is asked, s.
 const BEFORE: f64 = 0.25;

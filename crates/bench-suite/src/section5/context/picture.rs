@@ -1,6 +1,6 @@
 //! A confusion matrix as squares whose area is the part of a row's trials.
 
-use super::confusion::Confusion;
+use super::counts::Confusion;
 use crate::report::picture::{Align, Font, Picture};
 
 /// Side of a cell.

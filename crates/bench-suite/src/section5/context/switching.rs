@@ -12,6 +12,7 @@ use super::confusion::percent;
 use super::settings::Settings;
 use super::trials::SEED;
 use crate::data_figures::section::{Section, csv};
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
 use crate::section5::bench::Bench;
 use crate::section5::campaign::Campaign;
@@ -20,7 +21,6 @@ use crate::section5::part::Task;
 use crate::section5::spec::Section5Experiment;
 use crate::section5::training_set::TrainingSet;
 use crate::seed::{sample_indices, stream};
-use crate::spec::N_JOINTS;
 use crate::split::{N_SAMPLES, TrajectoryId};
 
 /// Samples before the change.

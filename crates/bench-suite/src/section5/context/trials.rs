@@ -4,11 +4,10 @@ use mtgp::{LatentFunctions, MtgpError, MultiTaskModel, RowPopulation, TaskProces
 use serde::{Deserialize, Serialize};
 
 use super::settings::Settings;
-use crate::dataset::DataSet;
+use crate::dataset::{DataSet, N_JOINTS};
 use crate::error::BenchError;
 use crate::section5::normal::normals;
 use crate::seed::{sample_indices, stream};
-use crate::spec::N_JOINTS;
 use crate::split::{N_SAMPLES, TrajectoryId, UNIQUE};
 
 /// Seed of places and noise.

@@ -4,8 +4,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::spec::{MAX_SIZE, N_JOINTS};
+use crate::spec::MAX_SIZE;
 use crate::split::UNIQUE;
 use crate::store::{Finished, Work};
 
