@@ -131,6 +131,14 @@ impl BenchError {
         move |source| Self::Io { path, source }
     }
 
+    /// An experiment whose description is not what it should be.
+    pub fn experiment(name: &str, message: impl std::fmt::Display) -> Self {
+        Self::Experiment {
+            name: name.to_string(),
+            message: message.to_string(),
+        }
+    }
+
     /// A file whose contents do not make sense.
     pub fn malformed(path: impl Into<PathBuf>, message: impl std::fmt::Display) -> Self {
         Self::Malformed {

@@ -8,6 +8,8 @@ pub mod data_figures;
 pub mod dataset;
 pub mod digest;
 pub mod error;
+mod experiment_file;
+pub mod figure;
 pub mod fit_summary;
 pub mod manifest;
 pub mod measure;

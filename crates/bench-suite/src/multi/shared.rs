@@ -245,9 +245,9 @@ fn own_fit<'a>(
 ) -> Result<&'a ModelRecord, BenchError> {
     let record = records.iter().find(|record| record.unit == *unit);
     let model = record.and_then(|record| record.of(MultiModel::Transfer { rank }));
-    model.ok_or_else(|| BenchError::Experiment {
-        name: "one K for all joints".to_string(),
-        message: format!("{unit}: there is no mGP-{rank} to set out from"),
+    model.ok_or_else(|| {
+        let message = format!("{unit}: there is no mGP-{rank} to set out from");
+        BenchError::experiment("one K for all joints", message)
     })
 }
 

@@ -1,7 +1,7 @@
 //! A confusion matrix as squares whose area is the part of a row's trials.
 
 use super::counts::Confusion;
-use crate::report::picture::{Align, Font, Picture};
+use crate::figure::picture::{Align, Font, Picture};
 
 /// Side of a cell.
 const CELL: f64 = 26.0;

@@ -115,12 +115,7 @@ impl Curve {
     /// # Errors
     /// `Experiment` with the one that cannot be measured.
     pub fn require_possible(&self) -> Result<(), BenchError> {
-        let refuse = |message: String| {
-            Err(BenchError::Experiment {
-                name: "transfer".to_string(),
-                message,
-            })
-        };
+        let refuse = |message: String| Err(BenchError::experiment("transfer", message));
         let is_measurable = |&count: &usize| {
             let (n_others, n_target) = self.sizes(count);
             n_others < UNIQUE.len() && (2..=MAX_SIZE).contains(&n_target)
