@@ -5,8 +5,8 @@ use super::samples::{Samples, phases_over_pi, shown};
 use super::section::{Section, csv, extent};
 use crate::error::BenchError;
 use crate::figure::axis::Axis;
+use crate::figure::colour::DATA;
 use crate::figure::line::Line;
-use crate::figure::palette::DATA;
 use crate::figure::panel::{Panel, legend_row};
 use crate::figure::picture::{Align, Font, Picture};
 

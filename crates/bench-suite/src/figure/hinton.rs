@@ -1,6 +1,6 @@
 //! Hinton diagrams: a matrix of numbers as squares of proportional size.
 
-use super::palette::{INK, PAPER};
+use super::colour::{INK, PAPER};
 pub use super::picture::{Align, Font, Picture};
 
 /// Side of a matrix element, in points.

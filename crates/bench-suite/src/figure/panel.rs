@@ -1,8 +1,8 @@
 //! A plot with two axes: frame, grid, ticks, labels, and lines inside; and legends.
 
 use super::axis::Axis;
+use super::colour::{INK, PAPER};
 use super::line::Line;
-use super::palette::{INK, PAPER};
 use super::picture::{Align, Font, Picture};
 
 /// Length of a legend's sample line, in points.
@@ -43,8 +43,11 @@ impl Panel {
     pub fn frame(&self, picture: &mut Picture) {
         let (x, y, width, height) = self.place;
         picture.rectangle(self.place, PAPER, None);
+        let texts = self.horizontal.ticks().filter(|(_, text)| !text.is_empty());
+        let last = texts
+            .last()
+            .map_or(0.0, |tick| self.across_fraction(tick.0));
         let mut free = f64::NEG_INFINITY;
-        let last = self.across_fraction(1.0);
         for (fraction, text) in self.horizontal.ticks() {
             let at = self.across_fraction(fraction);
             picture.line((at, y), (at, y + height));

@@ -1,8 +1,8 @@
 //! A box of data seen in perspective: its floor and back walls with grids, ticks and labels, and curves inside.
 
 use super::axis::Axis;
+use super::colour::{GRID, INK, QUIET};
 use super::line::Line;
-use super::palette::{GRID, INK, QUIET};
 use super::picture::{Align, Font, Picture};
 
 /// Azimuth of the camera about the vertical, from the first axis, degrees.

@@ -4,7 +4,7 @@ use kuva::backend::png::PngBackend;
 use kuva::backend::svg::SvgBackend;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
-use super::palette::{GRID, INK, QUIET};
+use super::colour::{GRID, INK, QUIET};
 use crate::error::BenchError;
 
 /// Pixels a point in the PNG.
@@ -137,7 +137,7 @@ impl Picture {
 
     /// Grid line.
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64)) {
-        self.stroke(vec![from, to], GRID, 0.8);
+        self.stroke(vec![from, to], GRID, 1.0);
     }
 
     /// Solid line of a width in points through points.

@@ -5,7 +5,8 @@ use super::published_fig10::Published;
 use crate::cell::TestSet;
 use crate::error::BenchError;
 use crate::figure::axis::Axis;
-use crate::figure::palette::{INK, line_of};
+use crate::figure::colour::INK;
+use crate::figure::palette::line_of;
 use crate::figure::panel::{Panel, legend_row};
 use crate::figure::picture::{Align, Font, Picture};
 
