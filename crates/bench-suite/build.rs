@@ -12,7 +12,7 @@ use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 /// Sources, data and dependencies that the numbers of a cell come from.
-const MEASURED_BY: [&str; 11] = [
+const MEASURED_BY: [&str; 12] = [
     "fixtures/scenario.toml",
     "crates/puma-dyn/src",
     "crates/linalg/src",
@@ -21,27 +21,39 @@ const MEASURED_BY: [&str; 11] = [
     "crates/bench-suite/src/seed.rs",
     "crates/bench-suite/src/split.rs",
     "crates/bench-suite/src/dataset.rs",
+    "crates/bench-suite/src/fit_summary.rs",
     "crates/bench-suite/src/models.rs",
     "crates/bench-suite/src/measure.rs",
     "crates/bench-suite/src/metrics.rs",
 ];
 
 /// Members of the workspace that numbers come from.
-const MEMBERS: [&str; 5] = ["puma-dyn", "linalg", "kernels", "gp-core", "mtgp"];
+const MEMBERS: [&str; 6] = [
+    "puma-dyn",
+    "linalg",
+    "kernels",
+    "gp-core",
+    "mtgp",
+    "torque-model",
+];
 
 /// Packages that this one's own numbers come from.
 const PACKAGES: [&str; 4] = ["faer", "rayon", "rand_chacha", "sha2"];
 
 /// What the units of the many-contexts experiments come from beside these.
-const MANY_MEASURED_BY: [&str; 4] = [
+const MANY_MEASURED_BY: [&str; 5] = [
     "crates/mtgp/src",
+    "crates/bench-suite/src/multi/bench.rs",
     "crates/bench-suite/src/multi/draw.rs",
     "crates/bench-suite/src/multi/measure.rs",
     "crates/bench-suite/src/multi/shared.rs",
 ];
 
 /// What models with the prior of section 3.2 come from beside these and those.
-const RIGID_BODY_MEASURED_BY: [&str; 1] = ["crates/bench-suite/src/rigid_body"];
+const RIGID_BODY_MEASURED_BY: [&str; 2] = [
+    "crates/torque-model/src",
+    "crates/bench-suite/src/rigid_body",
+];
 
 /// What the models of section 5 come from beside those of cells and units.
 const TRAINED_BY: [&str; 2] = [
@@ -61,7 +73,13 @@ const SECTION5: [(&str, &str); 7] = [
 ];
 
 /// Files of these that only report what was measured; all others count as behind the numbers.
-const REPORTING: [&str; 4] = ["confusion.rs", "findings.rs", "picture.rs", "table.rs"];
+const REPORTING: [&str; 5] = [
+    "confusion.rs",
+    "counts.rs",
+    "findings.rs",
+    "picture.rs",
+    "table.rs",
+];
 
 fn main() -> std::io::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

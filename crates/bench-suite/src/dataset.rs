@@ -7,9 +7,10 @@ use puma_dyn::Scenario;
 use rayon::prelude::*;
 
 use crate::error::BenchError;
-use crate::spec::N_JOINTS;
 use crate::split::{N_ROWS, N_SAMPLES};
 
+/// Joints of the PUMA 560.
+pub const N_JOINTS: usize = 6;
 /// Covariates (q, q̇, q̈).
 const N_COVARIATES: usize = 3 * N_JOINTS;
 

@@ -101,6 +101,19 @@ pub enum BenchError {
     /// A model of several contexts could not be fitted.
     #[error("fit of several contexts: {0}")]
     MultiTask(#[from] mtgp::MtgpError),
+    /// A robot's model could not be learned, put together or asked.
+    #[error("model: {0}")]
+    Model(torque_model::TorqueError),
+}
+
+impl From<torque_model::TorqueError> for BenchError {
+    fn from(error: torque_model::TorqueError) -> Self {
+        match error {
+            torque_model::TorqueError::Gp(cause) => Self::Fit(cause),
+            torque_model::TorqueError::Mtgp(cause) => Self::MultiTask(cause),
+            other => Self::Model(other),
+        }
+    }
 }
 
 /// The system's words, with what they mean where that is all there is to be done about it.
@@ -129,6 +142,14 @@ impl BenchError {
     pub fn io(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();
         move |source| Self::Io { path, source }
+    }
+
+    /// An experiment whose description is not what it should be.
+    pub fn experiment(name: &str, message: impl std::fmt::Display) -> Self {
+        Self::Experiment {
+            name: name.to_string(),
+            message: message.to_string(),
+        }
     }
 
     /// A file whose contents do not make sense.

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use bench_suite::dataset::N_JOINTS;
 use bench_suite::run::Reuse;
 use bench_suite::shard::Shard;
-use bench_suite::spec::{MAX_SIZE, N_JOINTS, Profile};
+use bench_suite::spec::{MAX_SIZE, Profile};
 use bench_suite::split::UNIQUE;
 use clap::{Args, Parser, Subcommand};
 
@@ -27,6 +28,8 @@ pub enum Command {
     ReproducePaper(ReproducePaper),
     /// Compare the averages of the smoke profile with the committed ones
     NmseRegression(NmseRegression),
+    /// Take over the results of an earlier revision, if today's program computes samples of them to the bit
+    Adopt(Adopt),
     /// Name the experiments and the profiles
     List,
 }
@@ -84,6 +87,23 @@ pub struct NmseRegression {
     /// Directory of finished cells and reports
     #[arg(long, value_name = "DIR", default_value_os_t = default_output())]
     pub output: PathBuf,
+    /// Threads; 0 is one a core
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = threads)]
+    pub threads: usize,
+}
+
+/// Flags of `adopt`.
+#[derive(Debug, Args)]
+pub struct Adopt {
+    /// Output directory of an earlier revision, or one directory of results in it
+    #[arg(long, value_name = "OLD")]
+    pub from: PathBuf,
+    /// Directory of finished cells and reports; may be the same
+    #[arg(long, value_name = "DIR", default_value_os_t = default_output())]
+    pub output: PathBuf,
+    /// Results of each kind of work, model and size that are computed again, the cheapest first
+    #[arg(long, default_value_t = 2, value_name = "N", value_parser = number_up_to::<1000>)]
+    pub witnesses: usize,
     /// Threads; 0 is one a core
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = threads)]
     pub threads: usize,

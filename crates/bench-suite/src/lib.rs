@@ -1,12 +1,16 @@
 //! The chapter's experiments: data sets, splits, models, tables and figures.
 #![doc = include_str!("../README.md")]
 
+pub mod adopt;
 pub mod catalogue;
 pub mod cell;
 pub mod data_figures;
 pub mod dataset;
 pub mod digest;
 pub mod error;
+mod experiment_file;
+pub mod figure;
+pub mod fit_summary;
 pub mod manifest;
 pub mod measure;
 pub mod metrics;

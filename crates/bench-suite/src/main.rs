@@ -10,6 +10,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use bench_suite::BenchError;
+use bench_suite::adopt::{self, adopt};
 use bench_suite::catalogue::Catalogue;
 use bench_suite::multi::spec::MultiSelection;
 use bench_suite::regression::{self, Scores};
@@ -18,12 +19,13 @@ use bench_suite::reproduce::{
     Findings, ManyContexts, OneContext, Reproduction, Request, compute, reproduce,
 };
 use bench_suite::run::{Reuse, RunOutcome};
+use bench_suite::section5::spec::Section5Experiment;
 use bench_suite::shard::Shard;
 use bench_suite::spec::{Profile, Selection};
 use bench_suite::store::{Work, write_atomically};
 use clap::Parser;
 
-use crate::flags::{Command, Flags, NmseRegression, ReproducePaper, root};
+use crate::flags::{Adopt, Command, Flags, NmseRegression, ReproducePaper, root};
 use crate::terminal::Output;
 
 /// Exit status when the request is at fault.
@@ -33,6 +35,7 @@ fn main() -> ExitCode {
     let result = match Flags::parse().command {
         Command::ReproducePaper(flags) => reproduce_paper(flags),
         Command::NmseRegression(flags) => nmse_regression(&flags),
+        Command::Adopt(flags) => take_over(flags),
         Command::List => list(),
     };
     result.unwrap_or_else(|error| complain(&error))
@@ -242,6 +245,39 @@ fn update(path: &Path, reproduction: &Reproduction) -> anyhow::Result<ExitCode> 
     );
     write_atomically(path, scores(reproduction).to_csv().as_bytes())?;
     writeln!(Output::new(), "{} renewed", path.display())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn take_over(flags: Adopt) -> anyhow::Result<ExitCode> {
+    let adoption = adopt(&adopt::Request {
+        from: flags.from,
+        output: flags.output,
+        n_witnesses: flags.witnesses,
+        n_threads: flags.threads,
+        experiments: Section5Experiment::all()?,
+    })?;
+    let mut out = Output::new();
+    for file in &adoption.unread {
+        writeln!(out, "left: {file}")?;
+    }
+    let n_witnesses = adoption.n_witnesses;
+    if !adoption.differences.is_empty() {
+        for line in &adoption.differences {
+            writeln!(out, "differs: {line}")?;
+        }
+        writeln!(
+            out,
+            "Nothing is adopted: {n_witnesses} witnesses, and what is above is not the same."
+        )?;
+        return Ok(ExitCode::from(BAD_REQUEST));
+    }
+    writeln!(
+        out,
+        "{} results adopted, since {n_witnesses} of them computed again are the same to the bit; {} were there already, {} files left.",
+        adoption.n_adopted,
+        adoption.n_there,
+        adoption.unread.len()
+    )?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
-use crate::cell::{Cell, CellRecord, FitSummary};
+use crate::cell::{Cell, CellRecord};
 use crate::dataset::DataSet;
 use crate::error::BenchError;
+use crate::fit_summary::FitSummary;
 use crate::metrics::nmse;
 use crate::models::Fitted;
 use crate::rigid_body::parameters::Knowledge;

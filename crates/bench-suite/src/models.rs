@@ -1,11 +1,12 @@
 //! The models of section 3.4, fitted to raw covariates (no standardisation, as in the chapter).
 
 use faer::MatRef;
-use gp_core::{BayesLinear, Fit, FitOptions, LinearForm, MethodUsed, StageReport, StopReason};
+use gp_core::{BayesLinear, Fit, FitOptions, LinearForm};
 use kernels::{Covariance, TorqueForm};
 
-use crate::cell::{FitSummary, ModelKind, StartSummary};
+use crate::cell::ModelKind;
 use crate::error::BenchError;
+use crate::fit_summary::{FitSummary, method_name, stage_summary, stop_name};
 
 /// A model after training.
 pub enum Fitted {
@@ -75,38 +76,5 @@ impl Fitted {
             error_bound: fit.report.error_bound,
             starts: fit.report.stages.iter().flat_map(stage_summary).collect(),
         })
-    }
-}
-
-pub(crate) fn stage_summary(stage: &StageReport) -> impl Iterator<Item = StartSummary> {
-    stage.starts.iter().map(|start| StartSummary {
-        samples: stage.n_samples,
-        name: start.origin.key().to_string(),
-        log_marginal_likelihood: start.log_marginal,
-        evaluations: start.evaluations,
-        work: start.work,
-        projected_gradient: start.projected_gradient,
-        stop: stop_name(start.stop).to_string(),
-    })
-}
-
-/// Name of the way the likelihood was computed.
-pub(crate) fn method_name(method: MethodUsed) -> &'static str {
-    match method {
-        MethodUsed::Dense => "dense",
-        MethodUsed::Certified => "certified",
-    }
-}
-
-/// Name of the reason why a search ended.
-pub(crate) fn stop_name(stop: StopReason) -> &'static str {
-    match stop {
-        StopReason::GradientSmall => "gradient-small",
-        StopReason::ValueStalled => "value-stalled",
-        StopReason::EvaluationLimit => "evaluation-limit",
-        StopReason::WorkLimit => "work-limit",
-        StopReason::RecoveryLimit => "recovery-limit",
-        StopReason::StartUndefined => "start-undefined",
-        _ => "other",
     }
 }

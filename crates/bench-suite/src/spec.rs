@@ -5,18 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Deserialize;
 
 use crate::cell::{Cell, ModelKind};
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
+use crate::experiment_file::{self, check, experiment_files};
 use crate::split::UNIQUE;
 
-/// Sources of the experiments, compiled in so that the program runs from anywhere.
-const SOURCES: [(&str, &str); 3] = [
-    ("table3.toml", include_str!("../experiments/table3.toml")),
-    ("fig07.toml", include_str!("../experiments/fig07.toml")),
-    ("fig08.toml", include_str!("../experiments/fig08.toml")),
-];
+/// Sources of the experiments.
+const SOURCES: [(&str, &str); 3] = experiment_files!["table3.toml", "fig07.toml", "fig08.toml"];
 
-/// Joints of the PUMA 560.
-pub const N_JOINTS: usize = 6;
 /// Training samples of a load, the largest size.
 pub const MAX_SIZE: usize = 4000;
 
@@ -120,15 +116,11 @@ impl Experiment {
     /// # Errors
     /// `Experiment` if it is not TOML of this format, or names a load, joint or size that does not exist.
     pub fn parse(name: &str, source: &str) -> Result<Self, BenchError> {
-        let refuse = |message: String| BenchError::Experiment {
-            name: name.to_string(),
-            message,
-        };
-        let experiment: Self = toml::from_str(source).map_err(|e| refuse(e.to_string()))?;
+        let experiment: Self = experiment_file::parse(name, source)?;
         for (profile, scope) in &experiment.profile {
-            scope
-                .validate()
-                .map_err(|message| refuse(format!("profile {}: {message}", profile.name())))?;
+            scope.validate().map_err(|message| {
+                BenchError::experiment(name, format!("profile {}: {message}", profile.name()))
+            })?;
         }
         Ok(experiment)
     }
@@ -147,10 +139,7 @@ impl Experiment {
     /// # Errors
     /// `Experiment` if the profile is missing.
     pub fn scope(&self, profile: Profile, selection: &Selection) -> Result<Scope, BenchError> {
-        let scope = self.profile.get(&profile).ok_or(BenchError::Experiment {
-            name: self.name.clone(),
-            message: format!("profile {} is missing", profile.name()),
-        })?;
+        let scope = of_profile(&self.name, &self.profile, profile)?;
         let chosen =
             |own: &Vec<usize>, other: &Option<Vec<usize>>| other.as_ref().unwrap_or(own).clone();
         Ok(Scope {
@@ -188,12 +177,18 @@ impl Scope {
     }
 }
 
-/// Whether all numbers lie in 1..=max.
-fn check(what: &str, numbers: &[usize], max: usize) -> Result<(), String> {
-    match numbers.iter().find(|i| !(1..=max).contains(i)) {
-        Some(i) => Err(format!("{what} {i} is not in 1 to {max}")),
-        None => Ok(()),
-    }
+/// What an experiment has of a profile.
+///
+/// # Errors
+/// `Experiment` if the profile is missing.
+pub(crate) fn of_profile<'a, S>(
+    experiment: &str,
+    profiles: &'a BTreeMap<Profile, S>,
+    profile: Profile,
+) -> Result<&'a S, BenchError> {
+    let missing = || format!("profile {} is missing", profile.name());
+    let scope = profiles.get(&profile);
+    scope.ok_or_else(|| BenchError::experiment(experiment, missing()))
 }
 
 #[cfg(test)]

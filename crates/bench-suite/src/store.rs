@@ -22,6 +22,16 @@ pub const RIGID_BODY_MEASURED_BY: &str = env!("RIGID_BODY_MEASURED_BY");
 /// Last line of a whole file: TOML that is cut short can still be TOML.
 const END: &str = "# end of cell\n";
 
+/// Directory of finished cells inside an output directory.
+pub fn of_cells(output: &Path) -> PathBuf {
+    output.join("cells").join(MEASURED_BY)
+}
+
+/// Directory of finished units inside an output directory.
+pub fn of_units(output: &Path) -> PathBuf {
+    output.join("units").join(MANY_MEASURED_BY)
+}
+
 /// A piece of work whose result is kept: a cell, or a unit of the many-contexts experiments.
 pub trait Work: Ord + Clone + Debug + Display + Sync {
     /// Its result.
@@ -103,14 +113,19 @@ impl Store {
     pub fn open(dir: impl Into<PathBuf>) -> Result<Self, BenchError> {
         let dir = dir.into();
         std::fs::create_dir_all(&dir).map_err(BenchError::io(&dir))?;
-        Ok(Self { dir })
+        Ok(Self::at(dir))
+    }
+
+    /// Store in a directory that need not be there as long as nothing is kept.
+    pub fn at(dir: impl Into<PathBuf>) -> Self {
+        Self { dir: dir.into() }
     }
 
     /// Result of a cell, if it is finished; an unreadable file counts as unfinished.
     pub fn load<W: Work>(&self, work: &W) -> Option<W::Record> {
         let text = std::fs::read_to_string(self.path(work)).ok()?;
-        let stored: Stored<W::Record> = toml::from_str(text.strip_suffix(END)?).ok()?;
-        (stored.key == work.key() && stored.record.work() == work).then_some(stored.record)
+        let (key, record) = parse::<W::Record>(&text)?;
+        (key == work.key() && record.work() == work).then_some(record)
     }
 
     /// Keeps the result of a cell.
@@ -132,6 +147,12 @@ impl Store {
     }
 }
 
+/// Key and result in the text of a whole file; `None` if it is cut short or of another kind of work.
+pub fn parse<R: Finished>(text: &str) -> Option<(String, R)> {
+    let stored: Stored<R> = toml::from_str(text.strip_suffix(END)?).ok()?;
+    Some((stored.key, stored.record))
+}
+
 /// Writes a file so that an interruption leaves the old contents or the new ones, never a part.
 ///
 /// # Errors
@@ -148,7 +169,7 @@ pub fn write_atomically(path: &Path, contents: &[u8]) -> Result<(), BenchError> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cell::{FitSummary, StartSummary};
+    use crate::fit_summary::{FitSummary, StartSummary};
 
     fn record() -> CellRecord {
         CellRecord {

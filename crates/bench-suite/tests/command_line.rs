@@ -14,103 +14,80 @@ fn bench_suite(arguments: &[&str], output: &Path) -> Output {
         .expect("the program was built with this test")
 }
 
-#[test]
-fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
-    assert_refused(&[
-        (
-            &["reproduce-paper", "--only", "fig70"],
-            "unknown experiment \"fig70\"; known: fig02, table1, fig03",
-        ),
-        (
-            &["reproduce-paper", "--joints", "7"],
-            "not a whole number from 1 to 6",
-        ),
-        (
-            &["reproduce-paper", "--loads", "c16"],
-            "not one of c1 to c15",
-        ),
-        (
-            &["reproduce-paper", "--sizes", "4001"],
-            "not a whole number from 1 to 4000",
-        ),
-        (
-            &["reproduce-paper", "--only", "fig10", "--totals", "281"],
-            "n = 281 is not a multiple of the 14 contexts",
-        ),
-        (
-            &["reproduce-paper", "--repeats", "0"],
-            "not a whole number from 1 to 100",
-        ),
-        (
-            &["reproduce-paper", "--profile", "huge"],
-            "[possible values: smoke, full]",
-        ),
-        (
-            &["reproduce-paper", "--shard", "9/8"],
-            "not I/N with whole numbers 1 <= I <= N",
-        ),
-        (
-            &["reproduce-paper", "--seed", "a b"],
-            "not letters, digits, `-`, `_` and `.`",
-        ),
-        (
-            &["reproduce-paper", "--threads", "2000"],
-            "not a whole number from 0 to 1024",
-        ),
-        (
-            &["reproduce-paper", "--from", "cache"],
-            "[possible values: results, fits, scratch]",
-        ),
-        (&["reproduce"], "unrecognized subcommand"),
-    ]);
-}
-
-#[test]
-fn flags_that_would_change_nothing_are_refused_too() {
-    assert_refused(&[
-        (
-            &["reproduce-paper", "--only", "fig10", "--sizes", "20"],
-            "--sizes would change nothing: it concerns table3, fig07, fig08, and none of these is chosen",
-        ),
-        (
-            &["reproduce-paper", "--only", "table3", "--repeats", "2"],
-            "--repeats would change nothing: it concerns fig10, fig11,",
-        ),
-        (
-            &["reproduce-paper", "--only", "fig02,table1", "--seed", "7"],
-            "--seed would change nothing: it concerns table3, fig07, fig08, fig10, fig11,",
-        ),
-    ]);
-}
-
-/// Runs each request, which ends with status 2, a message and no file.
-fn assert_refused(cases: &[(&[&str], &str)]) {
-    let dir = tempfile::tempdir().expect("a temporary directory");
-    for (arguments, message) in cases {
-        let output = bench_suite(arguments, &dir.path().join("results"));
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
-        assert!(stderr.contains(message), "{arguments:?}: {stderr}");
-        assert!(!dir.path().join("results").exists(), "{arguments:?}");
-    }
-}
-
-#[test]
-fn a_small_reproduction_writes_its_report_and_the_next_one_recomputes_nothing() {
-    let dir = tempfile::tempdir().unwrap();
-    let small = [
+/// Some experiments of one joint at one size, on one thread.
+fn small<'a>(only: &'a str, loads: &'a str) -> [&'a str; 11] {
+    [
         "reproduce-paper",
         "--only",
-        "table3,fig07,fig08",
+        only,
         "--loads",
-        "c4",
+        loads,
         "--joints",
         "1",
         "--sizes",
         "20",
         "--threads",
         "1",
-    ];
+    ]
+}
+
+#[test]
+fn wrong_requests_are_refused_with_status_2_and_leave_nothing() {
+    let refused = |arguments, message| assert_refused("reproduce-paper", arguments, message);
+    refused(
+        "--only fig70",
+        "unknown experiment \"fig70\"; known: fig02, table1, fig03",
+    );
+    refused("--joints 7", "not a whole number from 1 to 6");
+    refused("--loads c16", "not one of c1 to c15");
+    refused("--sizes 4001", "not a whole number from 1 to 4000");
+    refused(
+        "--only fig10 --totals 281",
+        "n = 281 is not a multiple of the 14 contexts",
+    );
+    refused("--repeats 0", "not a whole number from 1 to 100");
+    refused("--profile huge", "[possible values: smoke, full]");
+    refused("--shard 9/8", "not I/N with whole numbers 1 <= I <= N");
+    refused("--seed a+b", "not letters, digits, `-`, `_` and `.`");
+    refused("--threads 2000", "not a whole number from 0 to 1024");
+    refused("--from cache", "[possible values: results, fits, scratch]");
+    assert_refused("reproduce", "", "unrecognized subcommand");
+}
+
+#[test]
+fn flags_that_would_change_nothing_are_refused_too() {
+    let refused = |arguments, message| assert_refused("reproduce-paper", arguments, message);
+    refused(
+        "--only fig10 --sizes 20",
+        "--sizes would change nothing: it concerns table3, fig07, fig08, and none of these is chosen",
+    );
+    refused(
+        "--only table3 --repeats 2",
+        "--repeats would change nothing: it concerns fig10, fig11,",
+    );
+    refused(
+        "--only fig02,table1 --seed 7",
+        "--seed would change nothing: it concerns table3, fig07, fig08, fig10, fig11,",
+    );
+}
+
+/// Runs a request, which ends with status 2, a message and no file.
+fn assert_refused(command: &str, arguments: &str, message: &str) {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    let arguments: Vec<&str> = std::iter::once(command)
+        .chain(arguments.split_whitespace())
+        .collect();
+    let output = bench_suite(&arguments, &dir.path().join("results"));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+    assert!(stderr.contains(message), "{arguments:?}: {stderr}");
+    assert!(!dir.path().join("results").exists(), "{arguments:?}");
+}
+
+#[test]
+fn a_small_reproduction_writes_its_report_and_the_next_one_recomputes_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let small = small("table3,fig07,fig08", "c4");
     let first = bench_suite(&small, dir.path());
     let stderr = String::from_utf8(first.stderr).unwrap();
     assert!(first.status.success(), "{stderr}");
@@ -147,19 +124,7 @@ fn a_small_reproduction_writes_its_report_and_the_next_one_recomputes_nothing() 
 fn stored_results_are_drawn_without_computing_and_what_is_missing_is_said() {
     let dir = tempfile::tempdir().unwrap();
     let request = |loads, from| {
-        let arguments = [
-            "reproduce-paper",
-            "--only",
-            "table3",
-            "--joints",
-            "1",
-            "--sizes",
-            "20",
-            "--loads",
-            loads,
-            "--from",
-            from,
-        ];
+        let arguments = [&small("table3", loads)[..], &["--from", from]].concat();
         let output = bench_suite(&arguments, dir.path());
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         (
@@ -196,17 +161,7 @@ fn stored_results_are_drawn_without_computing_and_what_is_missing_is_said() {
 #[test]
 fn another_seed_is_another_draw_with_cells_of_its_own() {
     let dir = tempfile::tempdir().unwrap();
-    let small = [
-        "reproduce-paper",
-        "--only",
-        "table3",
-        "--joints",
-        "1",
-        "--sizes",
-        "20",
-        "--loads",
-        "c4",
-    ];
+    let small = small("table3", "c4");
     let with_seed = [&small[..], &["--seed", "other"]].concat();
     let averages = |arguments: &[&str]| {
         let output = bench_suite(arguments, dir.path());
@@ -242,18 +197,7 @@ fn another_seed_is_another_draw_with_cells_of_its_own() {
 #[test]
 fn shards_share_the_work_and_the_report_is_that_of_one_run() {
     let (shared, alone) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let small = [
-        "reproduce-paper",
-        "--only",
-        "table3,fig07",
-        "--loads",
-        "c4,c9",
-    ];
-    let small = [
-        &small[..],
-        &["--joints", "1", "--sizes", "20", "--threads", "1"],
-    ]
-    .concat();
+    let small = small("table3,fig07", "c4,c9");
     for shard in ["1/2", "2/2"] {
         let output = bench_suite(&[&small[..], &["--shard", shard]].concat(), shared.path());
         let stdout = String::from_utf8(output.stdout).unwrap();
@@ -309,19 +253,7 @@ fn a_reader_who_has_gone_ends_nothing() {
     };
     assert_eq!(status(&["list"]), Some(0));
     let output = dir.path().display().to_string();
-    let small = [
-        "reproduce-paper",
-        "--only",
-        "table3",
-        "--loads",
-        "c4",
-        "--joints",
-        "1",
-        "--sizes",
-        "20",
-        "--output",
-        &output,
-    ];
+    let small = [&small("table3", "c4")[..], &["--output", &output]].concat();
     assert_eq!(status(&small), Some(0));
     assert_eq!(reports(dir.path()).len(), 1);
     assert_eq!(status(&["reproduce-paper", "--only", "fig70"]), Some(2));

@@ -1,5 +1,6 @@
 //! The experiment runner from outside: repeatable, resumable, and clear about wrong requests.
 
+mod adopt;
 mod command_line;
 mod pages;
 mod repeatable;

@@ -23,7 +23,7 @@ fn small() -> TrainingSet {
 }
 
 fn bytes(trained: &Trained) -> [Vec<u8>; 3] {
-    [&trained.mgp, &trained.igp, &trained.pgp].map(mtgp::MultiTaskModel::to_bytes)
+    [&trained.mgp, &trained.igp, &trained.pgp].map(torque_model::RobotModel::to_bytes)
 }
 
 fn trained_with(n_threads: usize, dir: &Path, reuse: Reuse) -> [Vec<u8>; 3] {

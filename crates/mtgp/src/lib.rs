@@ -1,6 +1,5 @@
 #![doc = include_str!("../README.md")]
 
-mod all_tasks;
 pub mod block;
 pub mod context;
 mod error;

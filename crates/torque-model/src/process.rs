@@ -1,9 +1,10 @@
 //! One joint's torque in every context, learned by whatever.
 
-use faer::MatRef;
+use faer::{Mat, MatRef};
 use gp_core::fit::{BayesLinear, LINEAR_NOISE_VAR};
 use gp_core::{Posterior, Prediction};
 use kernels::Covariance;
+use mtgp::latent::predict_mean_of_all_tasks;
 use mtgp::prior::{TaskCovariance, TaskRow};
 use mtgp::{MultiTaskCovariance, TaskFit};
 
@@ -132,6 +133,20 @@ impl TaskProcess {
     /// The prior with its hyperparameters.
     pub fn covariance(&self) -> &MultiTaskCovariance {
         self.posterior.covariance()
+    }
+
+    /// Posterior means of every context at states, (k, m), N·m: see
+    /// [`mtgp::latent::predict_mean_of_all_tasks`].
+    ///
+    /// # Shapes
+    /// `x` (k, 3ℓ).
+    /// # Errors
+    /// States that are not finite or of another robot.
+    pub fn predict_mean_of_all_contexts(
+        &self,
+        x: MatRef<'_, f64>,
+    ) -> Result<Mat<f64>, TorqueError> {
+        Ok(predict_mean_of_all_tasks(&self.posterior, x)?)
     }
 
     /// The process with one more task of a given row; nothing else changes.

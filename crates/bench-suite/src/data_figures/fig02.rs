@@ -1,12 +1,13 @@
 //! Figure 2: the four paths of the end effector, in perspective.
 
-use super::curve::{COLOURS, Line};
-use super::perspective::View;
 use super::samples::Samples;
-use super::scale::Scale;
 use super::section::{Section, csv, extent};
 use crate::error::BenchError;
-use crate::report::picture::{Align, Font, Picture, QUIET};
+use crate::figure::axis::Axis;
+use crate::figure::colour::{DATA, QUIET};
+use crate::figure::line::Line;
+use crate::figure::perspective::View;
+use crate::figure::picture::{Align, Font, Picture};
 use crate::split::{N_PATHS, N_SAMPLES};
 
 /// Dashes that tell the paths apart without colour.
@@ -64,9 +65,9 @@ fn draw(paths: &[Vec<[f64; 3]>]) -> Picture {
     let title = "The four paths p1 to p4 (the chapter's figure 2)";
     picture.text(24.0, 34.0, title, Font::Title, Align::Left);
     let axes = [
-        Scale::new("x/m", (0.28, 0.72), 0.1),
-        Scale::new("y/m", (-0.22, 0.22), 0.1),
-        Scale::new("z/m", (0.07, 0.75), 0.1),
+        Axis::linear("x/m", (0.28, 0.72), 0.1),
+        Axis::linear("y/m", (-0.22, 0.22), 0.1),
+        Axis::linear("z/m", (0.07, 0.75), 0.1),
     ];
     let view = View::new(axes, [0.9, 0.9, 1.0], (85.0, 56.0, 500.0, 400.0));
     view.frame(&mut picture);
@@ -74,11 +75,7 @@ fn draw(paths: &[Vec<[f64; 3]>]) -> Picture {
     for (i, points) in paths.iter().enumerate() {
         let shadow = points.iter().map(|p| [p[0], p[1], view.floor()]);
         view.curve(&mut picture, &Line::solid(QUIET, 0.8), shadow);
-        let line = Line {
-            colour: COLOURS[i],
-            width: 2.2,
-            dashes: DASHES[i],
-        };
+        let line = Line::dashed(DATA[i], 2.2, DASHES[i]);
         let closed = points.iter().chain(points.first());
         view.curve(&mut picture, &line, closed.copied());
         // Of the two lobes one is higher on the page: its top has room for the name.

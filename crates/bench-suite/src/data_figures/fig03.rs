@@ -1,42 +1,22 @@
 //! Figure 3: trajectories on the first three principal components, and how much variance the components explain.
 
-use super::chart::{Chart, legend};
-use super::curve::{COLOURS, Line};
 use super::principal::{PrincipalComponents, Scaling, covariate_names};
 use super::samples::{N_COVARIATES, Samples, label, phases_over_pi, shown};
-use super::scale::Scale;
 use super::section::{Section, csv, extent};
 use crate::error::BenchError;
-use crate::report::picture::{Align, Font, INK, Picture};
+use crate::figure::axis::Axis;
+use crate::figure::colour::{DATA, INK};
+use crate::figure::line::Line;
+use crate::figure::panel::{Panel, legend_row};
+use crate::figure::picture::{Align, Font, Picture};
 use crate::split::TrajectoryId;
 
 // DEVIATION(fig. 3): the caption speaks of five trajectories; its legend, and so this figure, has three.
 /// The trajectories of the legend, with their lines.
 const SHOWN: [(TrajectoryId, Line); 3] = [
-    (
-        shown::NEAR_SLOW,
-        Line {
-            colour: COLOURS[1],
-            width: 2.4,
-            dashes: &[],
-        },
-    ),
-    (
-        shown::FAR_SLOW,
-        Line {
-            colour: COLOURS[3],
-            width: 2.0,
-            dashes: &[6.0, 4.0],
-        },
-    ),
-    (
-        shown::NEAR_FAST,
-        Line {
-            colour: COLOURS[0],
-            width: 1.4,
-            dashes: &[],
-        },
-    ),
+    (shown::NEAR_SLOW, Line::solid(DATA[1], 2.4)),
+    (shown::FAR_SLOW, Line::dashed(DATA[3], 2.0, &[6.0, 4.0])),
+    (shown::NEAR_FAST, Line::solid(DATA[0], 1.4)),
 ];
 /// Pairs of components, from 0, as the panels show them: horizontal, vertical.
 const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
@@ -130,26 +110,23 @@ fn draw(scores: &Scores, cumulative: &[f64]) -> Picture {
     let title = "Trajectories on the first three principal components (the chapter's figure 3)";
     picture.text(24.0, 34.0, title, Font::Title, Align::Left);
     let names = SHOWN.map(|(id, _)| label(id));
-    let entries: Vec<(&Line, &str)> = SHOWN
-        .iter()
-        .zip(&names)
-        .map(|((_, line), name)| (line, name.as_str()))
-        .collect();
-    legend(&mut picture, (LEFT[0], 64.0), &entries);
+    let entries = SHOWN.iter().zip(&names);
+    let entries = entries.map(|((_, line), name)| (*line, name.as_str()));
+    legend_row(&mut picture, (LEFT[0], 64.0), entries);
 
     let range = |k: usize| extent(scores.iter().flat_map(|(_, s)| s.iter().map(move |s| s[k])));
     for (i, (a, b)) in PAIRS.into_iter().enumerate() {
-        let axis = |k: usize| Scale::around(&format!("PC{} (standardised units)", k + 1), range(k));
-        let chart = Chart {
-            place: (LEFT[i % 2], TOP[i / 2], PANEL.0, PANEL.1),
-            horizontal: axis(a),
-            vertical: axis(b),
-        };
-        chart.frame(&mut picture);
+        let axis = |k: usize| Axis::around(&format!("PC{} (standardised units)", k + 1), range(k));
+        let panel = Panel::new(
+            (LEFT[i % 2], TOP[i / 2], PANEL.0, PANEL.1),
+            axis(a),
+            axis(b),
+        );
+        panel.frame(&mut picture);
         // The fast and large one first, so that the small ones stay visible.
         for ((_, line), (_, points)) in SHOWN.iter().zip(scores).rev() {
             let closed = points.iter().chain(points.first());
-            chart.curve(&mut picture, line, closed.map(|s| (s[a], s[b])));
+            panel.curve(&mut picture, line, closed.map(|s| (s[a], s[b])));
         }
     }
     variance_panel(&mut picture, cumulative);
@@ -157,21 +134,21 @@ fn draw(scores: &Scores, cumulative: &[f64]) -> Picture {
 }
 
 fn variance_panel(picture: &mut Picture, cumulative: &[f64]) {
-    let chart = Chart {
-        place: (LEFT[1], TOP[1], PANEL.0, PANEL.1),
-        horizontal: Scale::new("number of PC dimensions", (0.0, N_COVARIATES as f64), 3.0),
-        vertical: Scale::new("fraction of variance explained", (0.0, 1.05), 0.2),
-    };
-    chart.frame(picture);
+    let panel = Panel::new(
+        (LEFT[1], TOP[1], PANEL.0, PANEL.1),
+        Axis::linear("number of PC dimensions", (0.0, N_COVARIATES as f64), 3.0),
+        Axis::linear("fraction of variance explained", (0.0, 1.05), 0.2),
+    );
+    panel.frame(picture);
     let points = cumulative
         .iter()
         .enumerate()
         .map(|(k, sum)| (k as f64, *sum));
-    chart.curve(picture, &Line::solid(COLOURS[0], 1.8), points.clone());
+    panel.curve(picture, &Line::solid(DATA[0], 1.8), points.clone());
     for point in points.skip(1) {
-        picture.disc(chart.on_page(point), 3.2, COLOURS[0], COLOURS[0]);
+        picture.disc(panel.on_page(point), 3.2, DATA[0], DATA[0]);
     }
-    let (x, y) = chart.on_page((N_SHOWN as f64, cumulative[N_SHOWN]));
+    let (x, y) = panel.on_page((N_SHOWN as f64, cumulative[N_SHOWN]));
     picture.disc((x, y), 5.0, "#ffffff", INK);
     let remark = format!("three components: {:.1} %", 100.0 * cumulative[N_SHOWN]);
     picture.text(x + 12.0, y + 14.0, &remark, Font::Label, Align::Left);

@@ -1,12 +1,13 @@
 //! Figure 4: torques of joints 3 and 6 against the phase, with the lightest and the heaviest load.
 
-use super::chart::{Chart, legend};
-use super::curve::{COLOURS, Line};
 use super::samples::{Samples, label, phases_over_pi, shown};
-use super::scale::Scale;
 use super::section::{Section, csv, extent};
 use crate::error::BenchError;
-use crate::report::picture::{Align, Font, Picture};
+use crate::figure::axis::Axis;
+use crate::figure::colour::DATA;
+use crate::figure::line::Line;
+use crate::figure::panel::{Panel, legend_row};
+use crate::figure::picture::{Align, Font, Picture};
 use crate::split::TrajectoryId;
 
 /// The loads shown, with their lines: solid for the lightest, dashed for the heaviest.
@@ -84,8 +85,8 @@ pub fn make(samples: &Samples) -> Result<Section, BenchError> {
     Ok(section)
 }
 
-/// A panel's trajectory, joint, chapter's axis, and torques under the two loads.
-type Panel = (TrajectoryId, usize, (f64, f64), [Vec<f64>; 2]);
+/// What a panel shows: trajectory, joint, the chapter's axis, and torques under the two loads.
+type Shown = (TrajectoryId, usize, (f64, f64), [Vec<f64>; 2]);
 
 /// Mean and standard deviation of the difference between the loads.
 fn offset([light, heavy]: &[Vec<f64>; 2]) -> (f64, f64) {
@@ -112,35 +113,31 @@ pub fn jumps(coulomb: &[f64]) -> Vec<f64> {
 
 /// Thick for joint 3 and thin for joint 6, as in the chapter.
 fn line(load_idx: usize, joint: usize) -> Line {
-    Line {
-        colour: COLOURS[load_idx],
-        width: if joint == 3 { 2.2 } else { 1.4 },
-        dashes: LOADS[load_idx].1,
-    }
+    let width = if joint == 3 { 2.2 } else { 1.4 };
+    Line::dashed(DATA[load_idx], width, LOADS[load_idx].1)
 }
 
-fn draw(panels: &[Panel]) -> Picture {
+fn draw(panels: &[Shown]) -> Picture {
     let mut picture = Picture::new(840.0, 760.0);
     let title = "Torques against the phase of the path (the chapter's figure 4)";
     picture.text(24.0, 34.0, title, Font::Title, Align::Left);
-    let (light, heavy) = (line(0, 3), line(1, 3));
-    legend(
-        &mut picture,
-        (78.0, 64.0),
-        &[(&light, "load c1, 0.2 kg"), (&heavy, "load c15, 3.0 kg")],
-    );
+    let loads = [
+        (line(0, 3), "load c1, 0.2 kg"),
+        (line(1, 3), "load c15, 3.0 kg"),
+    ];
+    legend_row(&mut picture, (78.0, 64.0), loads);
     let phases = phases_over_pi();
     for (i, (_, joint, axis, torques)) in panels.iter().enumerate() {
         let data = extent(torques.iter().flatten().copied());
-        let chart = Chart {
-            place: ([78.0, 490.0][i % 2], [96.0, 428.0][i / 2], PANEL.0, PANEL.1),
-            horizontal: Scale::new("Phase of path/π", (0.0, 2.0), 0.5),
-            vertical: Scale::covering(&format!("Torque at joint {joint}/N·m"), data, *axis),
-        };
-        chart.frame(&mut picture);
+        let panel = Panel::new(
+            ([78.0, 490.0][i % 2], [96.0, 428.0][i / 2], PANEL.0, PANEL.1),
+            Axis::linear("Phase of path/π", (0.0, 2.0), 0.5),
+            Axis::covering(&format!("Torque at joint {joint}/N·m"), data, *axis),
+        );
+        panel.frame(&mut picture);
         for (load_idx, torques) in torques.iter().enumerate() {
             let points = phases.iter().copied().zip(torques.iter().copied());
-            chart.curve(&mut picture, &line(load_idx, *joint), points);
+            panel.curve(&mut picture, &line(load_idx, *joint), points);
         }
     }
     for (row, y) in [(0, 386.0), (2, 718.0)] {
@@ -150,7 +147,7 @@ fn draw(panels: &[Panel]) -> Picture {
     picture
 }
 
-fn to_csv(panels: &[Panel]) -> String {
+fn to_csv(panels: &[Shown]) -> String {
     let phases = phases_over_pi();
     let rows = panels.iter().flat_map(|(id, joint, _, [light, heavy])| {
         let labels = vec![

@@ -1,13 +1,14 @@
 //! Figure 5: the torque of joint 6, and the same torque as a square wave and a smooth function.
 
-use super::chart::{Chart, legend};
-use super::curve::{COLOURS, Line};
 use super::fig04::jumps;
 use super::samples::{Samples, phases_over_pi, shown};
-use super::scale::Scale;
 use super::section::{Section, csv, extent};
 use crate::error::BenchError;
-use crate::report::picture::{Align, Font, Picture};
+use crate::figure::axis::Axis;
+use crate::figure::colour::DATA;
+use crate::figure::line::Line;
+use crate::figure::panel::{Panel, legend_row};
+use crate::figure::picture::{Align, Font, Picture};
 
 /// Joint and load shown, from 1.
 const JOINT: usize = 6;
@@ -15,13 +16,9 @@ const LOAD: usize = 1;
 /// Ends of the chapter's axis, N·m.
 const AXIS: (f64, f64) = (-3.0, 1.0);
 
-const WHOLE: Line = Line::solid(COLOURS[0], 1.8);
-const SQUARE: Line = Line {
-    colour: COLOURS[1],
-    width: 1.8,
-    dashes: &[6.0, 3.0],
-};
-const SMOOTH: Line = Line::solid(COLOURS[2], 2.2);
+const WHOLE: Line = Line::solid(DATA[0], 1.8);
+const SQUARE: Line = Line::dashed(DATA[1], 1.8, &[6.0, 3.0]);
+const SMOOTH: Line = Line::solid(DATA[2], 2.2);
 
 /// A torque and its two parts, N·m.
 ///
@@ -100,15 +97,12 @@ fn draw(parts: &Parts) -> Picture {
     let mut picture = Picture::new(840.0, 400.0);
     let title = "Torque of joint 6 along (p1,s4) with load c1 (the chapter's figure 5)";
     picture.text(24.0, 34.0, title, Font::Title, Align::Left);
-    legend(
-        &mut picture,
-        (78.0, 64.0),
-        &[
-            (&WHOLE, "torque"),
-            (&SQUARE, "square wave: Coulomb friction"),
-            (&SMOOTH, "smooth function: the rest"),
-        ],
-    );
+    let entries = [
+        (WHOLE, "torque"),
+        (SQUARE, "square wave: Coulomb friction"),
+        (SMOOTH, "smooth function: the rest"),
+    ];
+    legend_row(&mut picture, (78.0, 64.0), entries);
     let data = extent(
         parts
             .torque
@@ -123,15 +117,15 @@ fn draw(parts: &Parts) -> Picture {
         &[(&SMOOTH, &parts.smooth), (&SQUARE, &parts.square)],
     ];
     for (curves, x) in panels.into_iter().zip([78.0, 490.0]) {
-        let chart = Chart {
-            place: (x, 90.0, 320.0, 250.0),
-            horizontal: Scale::new("Phase of path/π", (0.0, 2.0), 0.5),
-            vertical: Scale::covering("Torque at joint 6/N·m", data, AXIS),
-        };
-        chart.frame(&mut picture);
+        let panel = Panel::new(
+            (x, 90.0, 320.0, 250.0),
+            Axis::linear("Phase of path/π", (0.0, 2.0), 0.5),
+            Axis::covering("Torque at joint 6/N·m", data, AXIS),
+        );
+        panel.frame(&mut picture);
         for (line, values) in curves {
             let points = phases.iter().copied().zip(values.iter().copied());
-            chart.curve(&mut picture, line, points);
+            panel.curve(&mut picture, line, points);
         }
     }
     picture

@@ -1,13 +1,14 @@
 //! Figure 6: the torque of joint 6 over the first two principal components, in perspective.
 
-use super::curve::{COLOURS, Line};
-use super::perspective::View;
 use super::principal::{PrincipalComponents, Scaling};
 use super::samples::{Samples, label, phases_over_pi, shown};
-use super::scale::Scale;
 use super::section::{Section, csv, extent};
 use crate::error::BenchError;
-use crate::report::picture::{Align, Font, Picture};
+use crate::figure::axis::Axis;
+use crate::figure::colour::DATA;
+use crate::figure::line::Line;
+use crate::figure::perspective::View;
+use crate::figure::picture::{Align, Font, Picture};
 use crate::split::TrajectoryId;
 
 /// Joint shown, from 1.
@@ -18,12 +19,8 @@ const LOAD: usize = 1;
 /// Trajectories shown, left and right.
 const SHOWN: [TrajectoryId; 2] = [shown::NEAR_FAST, shown::FAR_SLOW];
 
-const TORQUE: Line = Line::solid(COLOURS[0], 2.4);
-const SHADOW: Line = Line {
-    colour: COLOURS[3],
-    width: 1.0,
-    dashes: &[1.5, 2.5],
-};
+const TORQUE: Line = Line::solid(DATA[0], 2.4);
+const SHADOW: Line = Line::dashed(DATA[3], 1.0, &[1.5, 2.5]);
 
 /// A trajectory and its points (PC1, PC2, τ).
 type Curve = (TrajectoryId, Vec<[f64; 3]>);
@@ -93,9 +90,9 @@ fn panel(picture: &mut Picture, x: f64, id: TrajectoryId, points: &[[f64; 3]]) {
     // Room between the lowest torque and the plane, so that the projection can be told from the curve.
     let room = 0.3 * (high - low);
     let axes = [
-        Scale::around("PC1", range(0)),
-        Scale::around("PC2", range(1)),
-        Scale::around("Torque at joint 6/N·m", (low - room, high)),
+        Axis::around("PC1", range(0)),
+        Axis::around("PC2", range(1)),
+        Axis::around("Torque at joint 6/N·m", (low - room, high)),
     ];
     let view = View::new(axes, [1.0, 1.0, 0.75], (x + 84.0, 70.0, 370.0, 310.0));
     view.frame(picture);

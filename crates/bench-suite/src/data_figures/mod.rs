@@ -5,18 +5,14 @@
 //! # Source
 //! Section 2.
 
-mod chart;
-mod curve;
 pub mod fig02;
 pub mod fig03;
 pub mod fig04;
 pub mod fig05;
 pub mod fig06;
 pub mod page;
-mod perspective;
 pub mod principal;
 pub mod samples;
-mod scale;
 pub mod section;
 pub mod spec;
 pub mod table1;

@@ -4,8 +4,8 @@ use puma_dyn::Scenario;
 use puma_dyn::chapter::Trajectory;
 use puma_dyn::dynamics::coulomb_torques;
 
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::spec::N_JOINTS;
 use crate::split::{N_SAMPLES, TrajectoryId};
 
 /// Number of covariates: q, q̇ and q̈ of every joint.

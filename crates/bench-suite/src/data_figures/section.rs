@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use crate::error::BenchError;
+use crate::figure::picture::Picture;
 pub use crate::report::finding::Finding;
 use crate::report::page::Page;
-use crate::report::picture::Picture;
 use crate::report::text_table::TextTable;
 
 /// One section of the report.

@@ -3,17 +3,18 @@
 use serde::Deserialize;
 
 use crate::error::BenchError;
+use crate::experiment_file::{self, experiment_files};
 use crate::spec::Prose;
 
 /// Sources of the experiments, in the order of the chapter.
-const SOURCES: [(&str, &str); 7] = [
-    ("fig02.toml", include_str!("../../experiments/fig02.toml")),
-    ("table1.toml", include_str!("../../experiments/table1.toml")),
-    ("fig03.toml", include_str!("../../experiments/fig03.toml")),
-    ("fig04.toml", include_str!("../../experiments/fig04.toml")),
-    ("fig05.toml", include_str!("../../experiments/fig05.toml")),
-    ("fig06.toml", include_str!("../../experiments/fig06.toml")),
-    ("table2.toml", include_str!("../../experiments/table2.toml")),
+const SOURCES: [(&str, &str); 7] = experiment_files![
+    "fig02.toml",
+    "table1.toml",
+    "fig03.toml",
+    "fig04.toml",
+    "fig05.toml",
+    "fig06.toml",
+    "table2.toml",
 ];
 
 /// What an experiment works with.
@@ -44,12 +45,7 @@ impl DataExperiment {
     /// # Errors
     /// `Experiment` if a description does not follow the format.
     pub fn all() -> Result<Vec<Self>, BenchError> {
-        let parse = |(name, source): &(&str, &str)| {
-            toml::from_str(source).map_err(|error| BenchError::Experiment {
-                name: (*name).to_string(),
-                message: error.to_string(),
-            })
-        };
+        let parse = |(name, source): &(&str, &str)| experiment_file::parse(name, source);
         SOURCES.iter().map(parse).collect()
     }
 

@@ -1,120 +1,19 @@
 //! One unit from data to record: fit every model, predict every context, score.
 
-use std::collections::BTreeMap;
 use std::time::Instant;
 
-use faer::{Mat, MatRef};
-use mtgp::{MultiTaskOptions, Stacked, StageOne, TaskFit, fit_ranks};
+use faer::Mat;
+use mtgp::{MultiTaskOptions, StageOne, TaskFit, fit_ranks};
 
-use super::draw::nested;
+use super::bench::{Bench, Training};
 use super::model::MultiModel;
 use super::rigid_body;
 use super::summary::summary_of;
-use super::unit::{ContextScore, ModelRecord, Unit, UnitRecord};
+use super::unit::{ModelRecord, Unit, UnitRecord};
 use crate::cell::ModelKind;
-use crate::dataset::DataSet;
 use crate::error::BenchError;
-use crate::metrics::nmse;
 use crate::models::Fitted;
-use crate::rigid_body::rows::{Regressors, States};
-use crate::split::{N_ROWS, Split};
-
-/// What all units share.
-pub struct Bench<'a> {
-    data: &'a DataSet,
-    regressors: Regressors<'a>,
-    /// Splits by seed and load.
-    splits: BTreeMap<&'a str, BTreeMap<usize, Split>>,
-    /// Inputs of every row of the data set, (64,000, 18): every context is predicted there.
-    x_all: Mat<f64>,
-}
-
-impl<'a> Bench<'a> {
-    /// Data and the splits of every seed and load.
-    pub fn new(data: &'a DataSet, splits: BTreeMap<&'a str, BTreeMap<usize, Split>>) -> Self {
-        let rows: Vec<usize> = (0..N_ROWS).collect();
-        Self {
-            data,
-            regressors: Regressors::new(data),
-            splits,
-            x_all: data.x(&rows),
-        }
-    }
-
-    /// Inputs of every row of the data set, (64,000, 18).
-    pub(super) fn x_all(&self) -> MatRef<'_, f64> {
-        self.x_all.as_ref()
-    }
-
-    /// A joint's regressor at rows of the data set.
-    pub(super) fn states(&self, joint: usize, rows: &[usize]) -> States {
-        self.regressors.states(joint, rows)
-    }
-
-    fn split(&self, unit: &Unit, load: usize) -> &Split {
-        &self.splits[unit.split_seed.as_str()][&load]
-    }
-
-    /// nMSE of every context from its predictions at all rows.
-    ///
-    /// # Shapes
-    /// `predictions` (64,000, m).
-    pub(super) fn scores(
-        &self,
-        unit: &Unit,
-        predictions: &Mat<f64>,
-    ) -> Result<Vec<ContextScore>, BenchError> {
-        let of_context = |task: usize| {
-            let context = task + 1;
-            let split = self.split(unit, context);
-            let means = predictions.col_as_slice(task);
-            let on = |rows: &[usize]| {
-                let picked: Vec<f64> = rows.iter().map(|&row| means[row]).collect();
-                nmse(&picked, &self.data.torques(context, unit.joint, rows))
-            };
-            Ok(ContextScore {
-                context,
-                interp: on(&split.interp)?,
-                extrap: on(&split.extrap)?,
-            })
-        };
-        (0..unit.n_contexts).map(of_context).collect()
-    }
-}
-
-/// Training samples of a unit, those of each context together.
-pub(super) struct Training {
-    /// Training rows of each context.
-    pub rows: Vec<Vec<usize>>,
-    pub stacked: Stacked,
-    /// In the order of `stacked`.
-    pub targets: Vec<f64>,
-}
-
-impl Training {
-    pub fn draw(unit: &Unit, bench: &Bench<'_>) -> Result<Self, BenchError> {
-        let contexts = 1..=unit.n_contexts;
-        let draw = |load| {
-            let split = bench.split(unit, load);
-            nested(split, &unit.seed, load, unit.repeat, unit.n_each())
-        };
-        let rows: Vec<Vec<usize>> = contexts.map(draw).collect();
-        let mut tasks = Vec::new();
-        let mut targets = Vec::new();
-        for (task, rows) in rows.iter().enumerate() {
-            tasks.extend(std::iter::repeat_n(task, rows.len()));
-            targets.extend(bench.data.torques(task + 1, unit.joint, rows));
-        }
-        let x = bench.data.x(&rows.concat());
-        let stacked = Stacked::new(x.as_ref(), &tasks, unit.n_contexts)?;
-        let targets = stacked.stack(&targets);
-        Ok(Self {
-            rows,
-            stacked,
-            targets,
-        })
-    }
-}
+use crate::split::N_ROWS;
 
 /// Fits and scores all models of a unit; sequential, and the same bits on every call but for the seconds.
 ///
@@ -122,7 +21,7 @@ impl Training {
 /// part of their seconds.
 ///
 /// # Errors
-/// `Fit` or `MultiTask` if a model cannot be fitted; the errors of [`nmse`].
+/// `Fit` or `MultiTask` if a model cannot be fitted; the errors of [`crate::metrics::nmse`].
 /// # Panics
 /// If the bench does not hold the unit's splits and contexts.
 /// # Source
@@ -186,7 +85,7 @@ fn scored(
     seconds_fit: f64,
 ) -> Result<ModelRecord, BenchError> {
     let start = Instant::now();
-    let predictions = fit.predict_mean_of_all_tasks(bench.x_all.as_ref())?;
+    let predictions = fit.predict_mean_of_all_tasks(bench.x_all())?;
     let seconds_predict = start.elapsed().as_secs_f64();
     let task_factor = fit.lambda().map_or_else(Vec::new, |lambda| {
         let row = |i: usize| lambda.row(i).iter().copied().collect();
@@ -210,13 +109,13 @@ fn single(unit: &Unit, bench: &Bench<'_>, training: &Training) -> Result<ModelRe
     let mut fits = Vec::new();
     for (task, rows) in training.rows.iter().enumerate() {
         let start = Instant::now();
-        let targets = bench.data.torques(task + 1, unit.joint, rows);
-        let x = bench.data.x(rows);
+        let targets = bench.data().torques(task + 1, unit.joint, rows);
+        let x = bench.data().x(rows);
         let fitted = Fitted::fit(ModelKind::GpCoulomb, x.as_ref(), &targets)?;
         seconds_fit += start.elapsed().as_secs_f64();
 
         let start = Instant::now();
-        let means = fitted.predict_mean(bench.x_all.as_ref())?;
+        let means = fitted.predict_mean(bench.x_all())?;
         predictions.col_as_slice_mut(task).copy_from_slice(&means);
         seconds_predict += start.elapsed().as_secs_f64();
         fits.extend(fitted.summary());

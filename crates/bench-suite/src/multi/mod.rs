@@ -1,5 +1,6 @@
 //! Many contexts at once: the experiment of section 4.6, one unit of work a joint and a size.
 
+pub mod bench;
 pub mod draw;
 pub mod measure;
 pub mod model;

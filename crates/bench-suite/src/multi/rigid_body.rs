@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use super::measure::{Bench, Training};
+use super::bench::{Bench, Training};
 use super::model::MultiModel;
 use super::unit::{ModelRecord, Unit, UnitRecord};
 use crate::error::BenchError;

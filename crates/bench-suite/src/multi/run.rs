@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
-use super::measure::{Bench, measure};
+use super::bench::Bench;
+use super::measure::measure;
 use super::shared::{self, SharedUnit};
 use super::unit::{Unit, UnitRecord};
 use crate::dataset::DataSet;

@@ -12,13 +12,13 @@ use mtgp::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::measure::{Bench, Training};
+use super::bench::{Bench, Training};
 use super::model::MultiModel;
 use super::unit::{ContextScore, ModelRecord, Unit, UnitRecord};
 use crate::cell::TestSet;
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::models::stop_name;
-use crate::spec::N_JOINTS;
+use crate::fit_summary::stop_name;
 use crate::store::{Finished, MANY_MEASURED_BY, Work};
 
 /// Evaluations of the sum over the joints that each search may use.
@@ -246,9 +246,9 @@ fn own_fit<'a>(
 ) -> Result<&'a ModelRecord, BenchError> {
     let record = records.iter().find(|record| record.unit == *unit);
     let model = record.and_then(|record| record.of(MultiModel::Transfer { rank }));
-    model.ok_or_else(|| BenchError::Experiment {
-        name: "one K for all joints".to_string(),
-        message: format!("{unit}: there is no mGP-{rank} to set out from"),
+    model.ok_or_else(|| {
+        let message = format!("{unit}: there is no mGP-{rank} to set out from");
+        BenchError::experiment("one K for all joints", message)
     })
 }
 

@@ -8,15 +8,14 @@ use super::model::MultiModel;
 use super::shared::SharedScope;
 use super::unit::Unit;
 use crate::cell::TestSet;
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::spec::{MAX_SIZE, N_JOINTS, Profile, Prose};
+use crate::experiment_file::{self, check, experiment_files};
+use crate::spec::{MAX_SIZE, Profile, Prose, of_profile};
 use crate::split::UNIQUE;
 
-/// Sources of the experiments, compiled in so that the program runs from anywhere.
-const SOURCES: [(&str, &str); 2] = [
-    ("fig10.toml", include_str!("../../experiments/fig10.toml")),
-    ("fig11.toml", include_str!("../../experiments/fig11.toml")),
-];
+/// Sources of the experiments.
+const SOURCES: [(&str, &str); 2] = experiment_files!["fig10.toml", "fig11.toml"];
 
 /// Joints, sizes and ranks of a run.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
@@ -111,10 +110,10 @@ impl MultiExperiment {
     /// # Errors
     /// `Experiment` if it is not TOML of this format, or names a joint, size or rank that does not fit.
     pub fn parse(name: &str, source: &str) -> Result<Self, BenchError> {
-        let experiment: Self = toml::from_str(source).map_err(|e| refuse(name, e.to_string()))?;
+        let experiment: Self = experiment_file::parse(name, source)?;
         for (profile, scope) in &experiment.profile {
             experiment.validate(scope).map_err(|message| {
-                refuse(name, format!("profile {}: {message}", profile.name()))
+                BenchError::experiment(name, format!("profile {}: {message}", profile.name()))
             })?;
         }
         Ok(experiment)
@@ -139,8 +138,7 @@ impl MultiExperiment {
         profile: Profile,
         selection: &MultiSelection,
     ) -> Result<MultiScope, BenchError> {
-        let missing = || refuse(&self.name, format!("profile {} is missing", profile.name()));
-        let mut scope = self.profile.get(&profile).ok_or_else(missing)?.clone();
+        let mut scope = of_profile(&self.name, &self.profile, profile)?.clone();
         let replace = |own: &mut Vec<usize>, other: &Option<Vec<usize>>| {
             if let Some(other) = other {
                 own.clone_from(other);
@@ -161,7 +159,7 @@ impl MultiExperiment {
             shared.ranks.retain(|rank| ranks.contains(rank));
         }
         self.validate(&scope)
-            .map_err(|message| refuse(&self.name, message))?;
+            .map_err(|message| BenchError::experiment(&self.name, message))?;
         Ok(scope)
     }
 
@@ -213,9 +211,6 @@ impl MultiExperiment {
 
     fn validate(&self, scope: &MultiScope) -> Result<(), String> {
         let m = self.n_contexts;
-        let find = |numbers: &[usize], is_good: &dyn Fn(usize) -> bool| {
-            numbers.iter().copied().find(|&i| !is_good(i))
-        };
         if !(2..=UNIQUE.len()).contains(&m) {
             return Err(format!("{m} contexts are not 2 to {}", UNIQUE.len()));
         }
@@ -229,18 +224,14 @@ impl MultiExperiment {
         let joints = with(&scope.joints, beyond.map(|beyond| &beyond.joints));
         let totals = with(&scope.totals, beyond.map(|beyond| &beyond.totals));
         let ranks = with(&scope.ranks, beyond.map(|beyond| &beyond.ranks));
-        if let Some(joint) = find(&joints, &|i| (1..=N_JOINTS).contains(&i)) {
-            return Err(format!("joint {joint} is not in 1 to {N_JOINTS}"));
-        }
+        check("joint", &joints, N_JOINTS)?;
         let fits = |n: usize| n.is_multiple_of(m) && (2 * m..=m * MAX_SIZE).contains(&n);
-        if let Some(n) = find(&totals, &fits) {
+        if let Some(n) = totals.into_iter().find(|&n| !fits(n)) {
             return Err(format!(
                 "n = {n} is not a multiple of the {m} contexts with 2 to {MAX_SIZE} samples each"
             ));
         }
-        if let Some(rank) = find(&ranks, &|rank| (1..=m).contains(&rank)) {
-            return Err(format!("rank {rank} is not in 1 to {m}"));
-        }
+        check("rank", &ranks, m)?;
         let shared = scope.shared.iter().flat_map(|shared| &shared.ranks);
         match shared.into_iter().find(|rank| !scope.ranks.contains(rank)) {
             Some(rank) => Err(format!(
@@ -260,13 +251,6 @@ fn chapters_models(ranks: &[usize]) -> Vec<MultiModel> {
     ];
     let of_rank = ranks.iter().map(|&rank| MultiModel::Transfer { rank });
     learned_alone.into_iter().chain(of_rank).collect()
-}
-
-fn refuse(name: &str, message: String) -> BenchError {
-    BenchError::Experiment {
-        name: name.to_string(),
-        message,
-    }
 }
 
 #[cfg(test)]

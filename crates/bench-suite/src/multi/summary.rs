@@ -3,8 +3,7 @@
 use kernels::Covariance;
 use mtgp::TaskFit;
 
-use crate::cell::FitSummary;
-use crate::models::{method_name, stage_summary, stop_name};
+use crate::fit_summary::{FitSummary, method_name, stage_summary, stop_name};
 
 /// Summary of a fit; its hyperparameters are those of c^x, Λ has a place of its own.
 pub fn summary_of(fit: &TaskFit) -> FitSummary {

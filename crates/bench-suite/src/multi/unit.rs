@@ -5,7 +5,8 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::model::MultiModel;
-use crate::cell::{FitSummary, TestSet};
+use crate::cell::TestSet;
+use crate::fit_summary::FitSummary;
 use crate::store::{Finished, MANY_MEASURED_BY, RIGID_BODY_MEASURED_BY, Work};
 
 /// What is fitted in one go, since the mGPs start where iGP and pGP end; the unit of resumption.

@@ -1,8 +1,8 @@
 //! Figure 7: the four models on every joint, set and size, as one Hinton diagram.
 
 use super::averages::{AverageKey, Averages};
-use super::hinton::{Align, Font, LogRange, PITCH, Picture};
 use crate::cell::{ModelKind, TestSet};
+use crate::figure::hinton::{Align, Font, LogRange, PITCH, Picture};
 use crate::spec::Scope;
 
 /// The chapter's range of average nMSE, from the smallest to the largest square.

@@ -3,9 +3,10 @@
 use kernels::{Covariance, TorqueCovariance, TorqueForm};
 
 use super::finding::Finding;
-use super::hinton::{Align, Font, PITCH, Picture, side_of_area};
 use crate::cell::{CellRecord, ModelKind};
-use crate::spec::{N_JOINTS, Scope};
+use crate::dataset::N_JOINTS;
+use crate::figure::hinton::{Align, Font, PITCH, Picture, side_of_area};
+use crate::spec::Scope;
 
 /// Left edge of the first matrix.
 const LEFT: f64 = 110.0;

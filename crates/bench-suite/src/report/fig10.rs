@@ -1,11 +1,14 @@
 //! Figures 10 and 11: average and median nMSE over the contexts against n, a column a joint.
 
-use super::axes::{Axis, Place};
 use super::curves::{CurveKey, Curves, Point, Series, Statistic};
-use super::picture::{Align, Font, INK, PAPER, Pen, Picture, QUIET};
 use super::published_fig10::Published;
 use crate::cell::TestSet;
 use crate::error::BenchError;
+use crate::figure::axis::Axis;
+use crate::figure::colour::INK;
+use crate::figure::palette::line_of;
+use crate::figure::panel::{Panel, legend_row};
+use crate::figure::picture::{Align, Font, Picture};
 
 /// Width and height of a panel.
 const PANEL: (f64, f64) = (170.0, 176.0);
@@ -27,6 +30,11 @@ const APART: f64 = 40.0;
 const LARGEST_ON_AXIS: usize = 1820;
 /// Sizes that the chapter labels.
 const LABELLED: [usize; 4] = [280, 532, 896, 1820];
+/// Height at which a number above the axis is drawn.
+///
+/// # Source
+/// Section 4.6: "If a value lies above the upper limit of the vertical range, it is given a nominal value near the upper limit."
+const NOMINAL: f64 = 0.97;
 
 /// Vertical axes of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,27 +43,6 @@ pub enum Scale {
     Chapter,
     /// Logarithmic, each joint's own range.
     Log,
-}
-
-/// Pen of a line; colours that differ under the common colour blindnesses, and by dashes besides.
-///
-/// # Source
-/// Colours: Okabe and Ito 2008, "Color Universal Design", the set of eight.
-pub(crate) fn pen(series: Series) -> Pen {
-    let (colour, width, dashes) = match series {
-        Series::Single => ("#d55e00", 1.6, Some("2 3")),
-        Series::Independent => ("#0072b2", 1.6, Some("7 3")),
-        Series::Pooled => ("#009e73", 1.6, Some("8 3 2 3")),
-        Series::TransferBic => (INK, 2.2, None),
-        Series::SharedBic => ("#cc79a7", 1.6, None),
-        Series::RigidBody => ("#e69f00", 1.6, Some("2 3")),
-        Series::RigidBodyAndProcess => ("#e69f00", 1.6, None),
-    };
-    Pen {
-        colour,
-        width,
-        dashes,
-    }
 }
 
 /// Draws the figure of a test set.
@@ -75,13 +62,9 @@ pub fn draw(curves: &Curves, set: TestSet, scale: Scale) -> Result<Picture, Benc
     for (column, &joint) in joints.iter().enumerate() {
         let axis = axis(curves, &published, (joint, set), scale);
         for (row, statistic) in Statistic::ALL.into_iter().enumerate() {
-            let panel = Panel {
-                x: LEFT + STEP.0 * column as f64,
-                y: TOP + STEP.1 * row as f64,
-                axis: &axis,
-                sizes: Sizes::of(curves),
-            };
-            panel.frame(&mut picture, joint);
+            let corner = (LEFT + STEP.0 * column as f64, TOP + STEP.1 * row as f64);
+            let plot = Plot::new(corner, axis.clone(), Sizes::of(curves));
+            plot.frame(&mut picture, joint);
             for series in drawn(scale) {
                 let key = CurveKey {
                     joint,
@@ -90,7 +73,7 @@ pub fn draw(curves: &Curves, set: TestSet, scale: Scale) -> Result<Picture, Benc
                     series,
                 };
                 let points = curves.0.get(&key).map_or(&[][..], Vec::as_slice);
-                panel.line(&mut picture, &key, points);
+                plot.line(&mut picture, &key, points);
             }
         }
     }
@@ -115,18 +98,16 @@ fn axis(
     (joint, set): (usize, TestSet),
     scale: Scale,
 ) -> Axis {
-    let axes = published.axes(set);
-    let chapter = Axis::Linear {
-        top: axes.tops[joint - 1],
-        tick: axes.ticks[joint - 1],
-    };
     match scale {
-        Scale::Chapter => chapter,
+        Scale::Chapter => {
+            let axes = published.axes(set);
+            Axis::from_zero("", axes.tops[joint - 1], axes.ticks[joint - 1])
+        }
         Scale::Log => {
             let lines = curves.0.iter();
             let of_joint = lines.filter(|(key, _)| (key.joint, key.set) == (joint, set));
             let values = of_joint.flat_map(|(_, points)| points.iter().map(|p| p.value));
-            Axis::log_around(values).unwrap_or(chapter)
+            Axis::decades("", values)
         }
     }
 }
@@ -162,13 +143,9 @@ fn legend(picture: &mut Picture, y: f64, scale: Scale, curves: &Curves) {
     let is_drawn = |series: &Series| {
         Series::ALL.contains(series) || curves.0.keys().any(|key| key.series == *series)
     };
-    for (i, series) in drawn(scale).filter(is_drawn).enumerate() {
-        let x = LEFT + 150.0 * i as f64;
-        let pen = pen(series);
-        picture.stroke(vec![(x, y + 14.0), (x + 46.0, y + 14.0)], pen);
-        picture.disc((x + 23.0, y + 14.0), 3.0, pen.colour, pen.colour);
-        picture.text(x + 56.0, y + 18.0, series.name(), Font::Label, Align::Left);
-    }
+    let entries = drawn(scale).filter(is_drawn);
+    let entries = entries.map(|series| (line_of(series.name()), series.name()));
+    legend_row(picture, (LEFT, y + 14.0), entries);
     // All values fit on a logarithmic axis.
     if scale == Scale::Chapter {
         let remark = "open circle: above the axis";
@@ -198,102 +175,74 @@ impl Sizes {
     }
 }
 
-/// Where one plot stands, and its axes.
-struct Panel<'a> {
-    x: f64,
-    y: f64,
-    axis: &'a Axis,
+/// A plot whose larger sizes stand apart in columns of their own.
+struct Plot {
+    panel: Panel,
     sizes: Sizes,
 }
 
-impl Panel<'_> {
-    fn frame(&self, picture: &mut Picture, joint: usize) {
-        let (width, height) = PANEL;
-        let (x, y) = (self.x, self.y);
-        picture.rectangle((x, y, width, height), PAPER, None);
-        for (fraction, label) in self.axis.ticks() {
-            let tick_y = y + height * (1.0 - fraction);
-            picture.line((x, tick_y), (x + width, tick_y));
-            picture.text(x - 6.0, tick_y + 4.0, &label, Font::Remark, Align::Right);
-        }
-        for &n in &self.sizes.on_axis {
-            self.size_mark(picture, n);
-        }
-        for (idx, &n) in self.sizes.apart.iter().enumerate() {
-            self.size_apart(picture, idx, n);
-        }
-        picture.rectangle((x, y, width, height), "none", Some(INK));
-        let middle = x + width / 2.0;
-        picture.text(
-            middle,
-            y - 10.0,
-            &format!("joint {joint}"),
-            Font::Heading,
-            Align::Centre,
+impl Plot {
+    fn new((x, y): (f64, f64), vertical: Axis, sizes: Sizes) -> Self {
+        let are_few = sizes.on_axis.len() < 4;
+        let marks = sizes.on_axis.iter().map(|&n| {
+            let is_labelled = LABELLED.contains(&n) || are_few;
+            let text = if is_labelled {
+                n.to_string()
+            } else {
+                String::new()
+            };
+            (n as f64, text)
+        });
+        let mut panel = Panel::new(
+            (x, y, PANEL.0, PANEL.1),
+            Axis::of_numbers("", marks),
+            vertical,
         );
-        picture.text(x, y - 10.0, &self.axis.unit(), Font::Remark, Align::Left);
+        panel.inset = (INSET, INSET + APART * sizes.apart.len() as f64);
+        Self { panel, sizes }
     }
 
-    /// A plus on the axis at every size, a number at those that the chapter labels.
-    fn size_mark(&self, picture: &mut Picture, n: usize) {
-        let (x, y) = (self.place_n(n), self.y + PANEL.1);
-        let pen = Pen {
-            colour: QUIET,
-            width: 1.0,
-            dashes: None,
-        };
-        picture.line((x, self.y), (x, y));
-        picture.stroke(vec![(x - 3.0, y), (x + 3.0, y)], pen);
-        picture.stroke(vec![(x, y - 3.0), (x, y + 3.0)], pen);
-        let are_few = self.sizes.on_axis.len() < 4;
-        if LABELLED.contains(&n) || are_few {
-            picture.text(x, y + 18.0, &n.to_string(), Font::Remark, Align::Centre);
+    fn frame(&self, picture: &mut Picture, joint: usize) {
+        self.panel.frame(picture);
+        self.panel.heading(picture, &format!("joint {joint}"));
+        for (idx, &n) in self.sizes.apart.iter().enumerate() {
+            self.size_apart(picture, idx, n);
         }
     }
 
     /// A column of its own behind a rule, with its number.
     fn size_apart(&self, picture: &mut Picture, idx: usize, n: usize) {
-        let (x, bottom) = (self.place_n(n), self.y + PANEL.1);
-        let edge = self.left_of_column(idx);
-        let rule = Pen {
-            colour: INK,
-            width: 1.0,
-            dashes: None,
-        };
-        picture.stroke(vec![(edge, self.y), (edge, bottom)], rule);
-        picture.line((x, self.y), (x, bottom));
+        let (x, edge) = (self.place_n(n), self.left_of_column(idx));
+        let (_, top, _, height) = self.panel.place;
+        let bottom = top + height;
+        picture.stroke(vec![(edge, top), (edge, bottom)], INK, 1.0);
+        picture.line((x, top), (x, bottom));
         // Five digits would run into the last of the axis.
         let number = if n.is_multiple_of(1000) {
             format!("{}k", n / 1000)
         } else {
             n.to_string()
         };
-        picture.text(x, bottom + 18.0, &number, Font::Remark, Align::Centre);
+        picture.text(x, bottom + 16.0, &number, Font::Remark, Align::Centre);
     }
 
     fn line(&self, picture: &mut Picture, key: &CurveKey, points: &[Point]) {
-        let pen = pen(key.series);
-        let at = |point: &Point, value: f64| {
-            let place = self.axis.place(value);
-            ((self.place_n(point.n), self.height_of(place)), place)
-        };
+        let line = line_of(key.series.name());
+        let at = |point: &Point, value: f64| (self.place_n(point.n), self.height_of(value).0);
         let joined = || points.iter().filter(|p| !self.sizes.apart.contains(&p.n));
         if joined().any(|p| p.low < p.high) {
-            let low = joined().map(|p| at(p, p.low).0);
-            let high = joined().rev().map(|p| at(p, p.high).0);
+            let low = joined().map(|p| at(p, p.low));
+            let high = joined().rev().map(|p| at(p, p.high));
             let corners: Vec<(f64, f64)> = low.chain(high).collect();
-            picture.area(&corners, pen.colour);
+            picture.area(&corners, line.colour);
         }
-        picture.stroke(joined().map(|p| at(p, p.value).0).collect(), pen);
+        let joined: Vec<(f64, f64)> = joined().map(|p| at(p, p.value)).collect();
+        line.draw(picture, &joined);
         for point in points {
-            let (centre, place) = at(point, point.value);
-            let fill = if place.is_above {
-                "#ffffff"
-            } else {
-                pen.colour
-            };
+            let (_, is_above) = self.height_of(point.value);
+            let fill = if is_above { "#ffffff" } else { line.colour };
             picture.start_group(format!("{key}, n = {}: {:.2e}", point.n, point.value));
-            picture.disc(centre, 3.0, fill, pen.colour);
+            picture.disc(at(point, point.value), 3.0, fill, line.colour);
             picture.end_group();
         }
     }
@@ -301,25 +250,25 @@ impl Panel<'_> {
     /// Left edge of a column that stands apart.
     fn left_of_column(&self, idx: usize) -> f64 {
         let n_right = self.sizes.apart.len() - idx;
-        self.x + PANEL.0 - APART * n_right as f64
+        let (x, _, width, _) = self.panel.place;
+        x + width - APART * n_right as f64
     }
 
-    /// Horizontal place of a size: linear in log n on the axis, in the middle of its column apart.
+    /// Horizontal place of a size: on the axis, or in the middle of its column apart.
     fn place_n(&self, n: usize) -> f64 {
-        let (on_axis, apart) = (&self.sizes.on_axis, &self.sizes.apart);
-        if let Some(idx) = apart.iter().position(|&size| size == n) {
-            return self.left_of_column(idx) + APART / 2.0;
+        match self.sizes.apart.iter().position(|&size| size == n) {
+            Some(idx) => self.left_of_column(idx) + APART / 2.0,
+            None => self.panel.across(n as f64),
         }
-        let log = |n: usize| (n as f64).log2();
-        let first = on_axis.first().map_or(0.0, |&n| log(n));
-        let last = on_axis.last().map_or(1.0, |&n| log(n));
-        let spread = if last > first { last - first } else { 1.0 };
-        let inside = PANEL.0 - APART * apart.len() as f64 - 2.0 * INSET;
-        self.x + INSET + inside * (log(n) - first) / spread
     }
 
-    fn height_of(&self, place: Place) -> f64 {
-        self.y + PANEL.1 * (1.0 - place.fraction)
+    /// Vertical place of a number, and whether it is above the axis, whose nominal place this is.
+    fn height_of(&self, value: f64) -> (f64, bool) {
+        let fraction = self.panel.vertical.fraction(value);
+        let is_above = fraction > 1.0 || fraction.is_nan();
+        let fraction = if is_above { NOMINAL } else { fraction.max(0.0) };
+        let (_, y, _, height) = self.panel.place;
+        (y + height * (1.0 - fraction), is_above)
     }
 }
 
@@ -357,16 +306,21 @@ mod tests {
     }
 
     #[test]
+    fn a_number_above_the_axis_gets_its_nominal_place() {
+        let axis = Axis::from_zero("", 2e-4, 5e-5);
+        let plot = Plot::new((0.0, 0.0), axis, Sizes::of(&curves(&[])));
+        assert_eq!(plot.height_of(1e-4), (PANEL.1 / 2.0, false));
+        let (height, is_above) = plot.height_of(2.1e-4);
+        assert!(is_above && height > 0.0);
+        assert!(plot.height_of(f64::NAN).1);
+    }
+
+    #[test]
     fn a_size_beyond_the_chapters_stands_apart_and_moves_no_scale_of_others() {
         let all = [280, 1820, 56_000].map(|n| record(3, n, [1e-4; 5]));
-        let axis = Axis::Linear {
-            top: 1e-3,
-            tick: 1e-3,
-        };
         let place = |records: &[_], n| {
-            let sizes = Sizes::of(&curves(records));
-            let (x, y, axis) = (100.0, 0.0, &axis);
-            Panel { x, y, axis, sizes }.place_n(n)
+            let axis = Axis::from_zero("", 1e-3, 1e-3);
+            Plot::new((100.0, 0.0), axis, Sizes::of(&curves(records))).place_n(n)
         };
         // The last column is 40 wide; the axis ends 12 before it.
         let expected = [112.0, 100.0 + 170.0 - 40.0 - 12.0, 100.0 + 170.0 - 20.0];

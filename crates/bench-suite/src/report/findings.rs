@@ -5,7 +5,8 @@ use super::averages::{Average, AverageKey, Averages, Table};
 use super::fig07;
 use super::finding::Finding;
 use super::text_table::{ratio, score};
-use crate::cell::{CellRecord, FitSummary, ModelKind, TestSet};
+use crate::cell::{CellRecord, ModelKind, TestSet};
+use crate::fit_summary::FitSummary;
 use crate::spec::Expectation;
 
 /// Smallest size at which the order of the models is checked.

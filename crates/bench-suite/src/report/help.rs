@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::text_table::TextTable;
-use crate::cell::{CellRecord, FitSummary};
+use crate::cell::CellRecord;
+use crate::fit_summary::FitSummary;
 use crate::multi::unit::UnitRecord;
 
 /// Heading of the tables.

@@ -9,8 +9,8 @@ use super::agreement::Agreement;
 use super::finding;
 use super::markdown;
 use super::page::{Block, Page};
-use super::picture::{FONTS, without_fonts};
 use super::text_table::TextTable;
+use crate::figure::picture::{FONTS, without_fonts};
 
 /// How the page looks on screen and on paper.
 const STYLE: &str = include_str!("html.css");
@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn names_in_pictures_do_not_clash_and_the_fonts_come_once() {
-        let mut drawing = super::super::picture::Picture::new(10.0, 10.0);
+        let mut drawing = crate::figure::picture::Picture::new(10.0, 10.0);
         drawing.rectangle((0.0, 0.0, 1.0, 1.0), "none", None);
         let drawing = drawing.to_svg();
         let clipped = "<g><clipPath id=\"c0\"/><path clip-path=\"url(#c0)\"/></g></svg>";

@@ -2,7 +2,6 @@
 
 pub mod agreement;
 pub mod averages;
-pub mod axes;
 pub mod choices;
 pub mod curves;
 pub mod differences;
@@ -13,13 +12,11 @@ pub mod fig10;
 pub mod finding;
 pub mod findings;
 pub mod help;
-pub mod hinton;
 pub mod html;
 pub mod markdown;
 pub mod multi_csv;
 pub mod multi_durations;
 pub mod page;
-pub mod picture;
 pub mod published_fig10;
 pub mod records_csv;
 pub mod searches;

@@ -1,6 +1,7 @@
 //! Records as CSV: one row a cell and test set; the seconds, which no two runs share, in a file of their own.
 
-use crate::cell::{CellRecord, FitSummary, TestSet};
+use crate::cell::{CellRecord, TestSet};
+use crate::fit_summary::FitSummary;
 use crate::store::Work;
 
 /// Names of the columns of a fit.

@@ -71,7 +71,7 @@ fn median(winners: &[Winner<'_>], of: impl Fn(&Winner<'_>) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cell::{FitSummary, StartSummary};
+    use crate::fit_summary::{FitSummary, StartSummary};
     use crate::report::averages::tests::record;
 
     fn fitted(load: usize, stop: &str, projected_gradient: f64) -> CellRecord {

@@ -38,7 +38,7 @@ use crate::section5::campaign::Campaign;
 use crate::section5::spec::Section5Experiment;
 use crate::shard::Shard;
 use crate::spec::{Experiment, Profile, Scope, Selection};
-use crate::store::{MANY_MEASURED_BY, MEASURED_BY, Store};
+use crate::store::{self, Store};
 use crate::tally::Tally;
 
 /// What the chapter leaves open and what was chosen: a part of every report.
@@ -322,7 +322,7 @@ fn run_one(
         .iter()
         .flat_map(|(experiment, scope)| experiment.cells(scope))
         .collect();
-    let store = Store::open(request.output.join("cells").join(MEASURED_BY))?;
+    let store = Store::open(store::of_cells(&request.output))?;
     run(
         &request.shard.of(cells),
         &store,
@@ -344,7 +344,7 @@ fn run_many(
         .iter()
         .flat_map(|(experiment, scope)| experiment.units(scope, n_repeats))
         .collect();
-    let store = Store::open(request.output.join("units").join(MANY_MEASURED_BY))?;
+    let store = Store::open(store::of_units(&request.output))?;
     let units = request.shard.of(units);
     multi::run::run(&units, &store, request.reuse, request.n_threads).map(Some)
 }
@@ -361,7 +361,7 @@ fn run_shared(
         .filter_map(|(_, scope)| Some((&scope.joints, scope.shared.as_ref()?)))
         .flat_map(|(joints, shared)| SharedUnit::all(records, joints, shared))
         .collect();
-    let store = Store::open(request.output.join("units").join(MANY_MEASURED_BY))?;
+    let store = Store::open(store::of_units(&request.output))?;
     multi::run::run_shared(&units, records, &store, request.reuse, request.n_threads)
 }
 

@@ -1,68 +1,51 @@
 //! rbd and rbd+gp of one joint: under one load, or under many that share the arm.
 
 use faer::Mat;
-use gp_core::{
-    Fit, FitOptions, InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess,
-    RigidBodyCovariance, Starts, fit_rigid_body, fit_rigid_body_and_process,
-};
-use kernels::{Covariance, TorqueForm};
+use gp_core::{Fit, FitOptions, ParameterPrior, RegressorSamples, Starts};
+use kernels::Covariance;
 use puma_dyn::Scenario;
 use puma_dyn::dynamics::N_PARAMETERS;
+use torque_model::learn::{InformedJoint, RigidBodyForm};
 
 use super::parameters::{self, Knowledge};
 use super::rows::{self, States};
-use crate::cell::{FitSummary, StartSummary};
 use crate::error::BenchError;
-use crate::models::{method_name, stop_name};
+use crate::fit_summary::{FitSummary, StartSummary, method_name, stop_name};
 
 /// Rows that are predicted at a time.
 const BLOCK: usize = 4000;
 
-/// Whether a process stands beside the parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RigidBodyForm {
-    /// rbd.
-    Alone,
-    /// rbd+gp, with GPc's covariance.
-    WithProcess,
-}
-
-impl RigidBodyForm {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Alone, Self::WithProcess];
-
-    /// rbd or rbd+gp.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Alone => "rbd",
-            Self::WithProcess => "rbd+gp",
-        }
-    }
-}
-
 /// What is known of one joint of the arm before any torque is measured.
 #[derive(Debug, Clone)]
-pub struct JointModel {
-    prior: ParameterPrior,
-    /// Loads that have parameters of their own; none where the last link's are those of the one load.
-    n_loads: Option<usize>,
+pub enum JointModel {
+    /// The arm with one load, which the last link's parameters are of: as `torque-gp fit` learns it.
+    OfOneLoad {
+        /// From 1.
+        joint: usize,
+        /// What the model of the arm gets right.
+        knowledge: Knowledge,
+    },
+    /// The arm with any of several loads, of which the samples say which, with parameters of their own.
+    OfLoads {
+        /// In the columns of [`rows::columns`], then ten for each load.
+        prior: ParameterPrior,
+        /// How many.
+        n_loads: usize,
+    },
 }
 
 impl JointModel {
     /// The arm with one load; joint from 1.
     pub fn of_one_load(joint: usize, knowledge: Knowledge) -> Self {
-        Self {
-            prior: parameters::of_loaded_arm(Scenario::reference().model(), joint, knowledge),
-            n_loads: None,
-        }
+        Self::OfOneLoad { joint, knowledge }
     }
 
-    /// The arm with any of several loads, of which the samples say which.
+    /// The arm with any of several loads; joint from 1.
     pub fn of_loads(joint: usize, knowledge: Knowledge, n_loads: usize) -> Self {
         let model = Scenario::reference();
-        Self {
+        Self::OfLoads {
             prior: parameters::of_arm_and_loads(model.model(), joint, knowledge, n_loads),
-            n_loads: Some(n_loads),
+            n_loads,
         }
     }
 
@@ -82,27 +65,31 @@ impl JointModel {
         targets: &[f64],
         loads: &[usize],
     ) -> Result<RigidBodyFit, BenchError> {
-        let regressor = self.regressor(&states.arm, loads);
-        let samples = RegressorSamples {
-            x: states.x.as_ref(),
-            regressor: regressor.as_ref(),
-            targets,
-        };
         let options = FitOptions {
             starts: Starts::Chapter,
             ..FitOptions::several()
         };
-        let (fit, parameters) = match form {
-            RigidBodyForm::Alone => {
-                let fit = fit_rigid_body(samples, &self.prior, &options)?;
-                let parameters = fit.parameter_mean()?;
-                (Informed::Alone(Box::new(fit)), parameters)
+        let x = states.x.as_ref();
+        let of = |regressor| RegressorSamples {
+            x,
+            regressor,
+            targets,
+        };
+        let (fit, parameters) = match self {
+            Self::OfOneLoad { joint, knowledge } => {
+                let learner = parameters::learner(knowledge, form, options);
+                let regressor = rows::of_all_parameters(joint, &states.arm);
+                let fit = learner.fit(joint - 1, of(regressor.as_ref()))?;
+                let all = fit.parameter_mean()?;
+                let columns = rows::columns(Scenario::reference().model(), joint);
+                (fit, columns.iter().map(|&column| all[column]).collect())
             }
-            RigidBodyForm::WithProcess => {
-                let form = TorqueForm::Coulomb;
-                let fit = fit_rigid_body_and_process(samples, &self.prior, form, &options)?;
+            Self::OfLoads { prior, n_loads } => {
+                let regressor = rows::with_loads(&states.arm, loads, n_loads);
+                let samples = of(regressor.as_ref());
+                let fit = InformedJoint::learn(form, &prior, samples, &options)?;
                 let parameters = fit.parameter_mean()?;
-                (Informed::WithProcess(Box::new(fit)), parameters)
+                (fit, parameters)
             }
         };
         let (of_arm, of_loads) = parameters.split_at(states.arm.ncols());
@@ -113,13 +100,6 @@ impl JointModel {
             fit,
         })
     }
-
-    fn regressor(&self, arm: &Mat<f64>, loads: &[usize]) -> Mat<f64> {
-        match self.n_loads {
-            None => arm.clone(),
-            Some(n_loads) => rows::with_loads(arm, loads, n_loads),
-        }
-    }
 }
 
 /// A joint's torque, learned.
@@ -129,12 +109,7 @@ pub struct RigidBodyFit {
     /// Of what each load adds to the last link's, ten a load; empty where there is one load.
     of_loads: Vec<f64>,
     n_samples: usize,
-    fit: Informed,
-}
-
-enum Informed {
-    Alone(Box<InformedFit<RigidBodyCovariance>>),
-    WithProcess(Box<InformedFit<RigidBodyAndProcess>>),
+    fit: InformedJoint,
 }
 
 impl RigidBodyFit {
@@ -148,7 +123,7 @@ impl RigidBodyFit {
     pub fn predict_mean(&self, states: &States) -> Result<Vec<f64>, BenchError> {
         let n = states.x.nrows();
         let mut means = product(&states.arm, 0, &self.of_arm);
-        if let Informed::WithProcess(fit) = &self.fit {
+        if let InformedJoint::WithProcess(fit) = &self.fit {
             for first in (0..n).step_by(BLOCK) {
                 let count = BLOCK.min(n - first);
                 let process = fit.process_mean(states.x.as_ref().subrows(first, count))?;
@@ -177,16 +152,16 @@ impl RigidBodyFit {
     /// σ, N·m.
     pub fn noise_std(&self) -> f64 {
         match &self.fit {
-            Informed::Alone(fit) => fit.fit.posterior.noise_std(),
-            Informed::WithProcess(fit) => fit.fit.posterior.noise_std(),
+            InformedJoint::Alone(fit) => fit.fit.posterior.noise_std(),
+            InformedJoint::WithProcess(fit) => fit.fit.posterior.noise_std(),
         }
     }
 
     /// What the optimiser reported.
     pub fn summary(&self) -> FitSummary {
         match &self.fit {
-            Informed::Alone(fit) => summary_of(&fit.fit, "prior", self.n_samples),
-            Informed::WithProcess(fit) => summary_of(&fit.fit, "eq22", self.n_samples),
+            InformedJoint::Alone(fit) => summary_of(&fit.fit, "prior", self.n_samples),
+            InformedJoint::WithProcess(fit) => summary_of(&fit.fit, "eq22", self.n_samples),
         }
     }
 }

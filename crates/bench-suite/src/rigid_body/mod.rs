@@ -8,4 +8,5 @@ mod learned;
 pub mod parameters;
 pub mod rows;
 
-pub use learned::{JointModel, RigidBodyFit, RigidBodyForm};
+pub use learned::{JointModel, RigidBodyFit};
+pub use torque_model::learn::RigidBodyForm;

@@ -1,10 +1,12 @@
 //! What is known of an arm's parameters before any torque is measured.
 
-use gp_core::ParameterPrior;
+use gp_core::{FitOptions, ParameterPrior};
 use puma_dyn::dynamics::{
     N_DRIVE_PARAMETERS, N_PARAMETERS, ParameterSpread, drive_parameters, inertial_parameters,
 };
-use puma_dyn::{Context, Effects, Model};
+use puma_dyn::{Context, Effects, Friction, Model};
+use torque_model::learn::{RigidBody, RigidBodyForm};
+use torque_model::{Robot, RobotSource};
 
 use super::rows::columns;
 
@@ -51,13 +53,26 @@ fn of_arm(model: &Model, knowledge: Knowledge) -> ParameterPrior {
     ParameterPrior { mean, std }
 }
 
-/// The prior of a joint, from 1, of an arm with one load: its last link may weigh some kilograms more.
+/// The learner of a joint of the scenario's arm with one load: its last link may weigh some kilograms more.
 ///
-/// In the order of [`columns`].
-pub fn of_loaded_arm(model: &Model, joint: usize, knowledge: Knowledge) -> ParameterPrior {
-    let mut prior = of_arm(model, knowledge);
-    prior.std = ParameterSpread::default().std_with_load(&prior.mean);
-    of_joint(&prior, model, joint)
+/// With [`Knowledge::Nominal`] that of `torque-gp fit --model rbd --robot puma560`, from one start.
+///
+/// # Panics
+/// Never: the built-in robot is one.
+pub fn learner(knowledge: Knowledge, form: RigidBodyForm, options: FitOptions) -> RigidBody {
+    let source = RobotSource {
+        urdf: None,
+        sidecar: None,
+        gravity: None,
+    };
+    let mut robot = Robot::new(source, "the scenario's arm").expect("the built-in robot is one");
+    if knowledge == Knowledge::NoFriction {
+        robot.effects.friction = Friction::None;
+    }
+    let mut learner = RigidBody::new(robot, form, options);
+    learner.prior = of_arm(&learner.robot.model, knowledge);
+    learner.prior.std = ParameterSpread::default().std_with_load(&learner.prior.mean);
+    learner
 }
 
 /// The prior of a joint, from 1, of an arm with any of several loads.
@@ -78,7 +93,7 @@ pub fn of_arm_and_loads(
 }
 
 fn of_joint(prior: &ParameterPrior, model: &Model, joint: usize) -> ParameterPrior {
-    let columns = columns(model.n_joints(), joint);
+    let columns = columns(model, joint);
     let pick = |values: &[f64]| columns.iter().map(|&column| values[column]).collect();
     ParameterPrior {
         mean: pick(&prior.mean),
@@ -90,6 +105,21 @@ fn of_joint(prior: &ParameterPrior, model: &Model, joint: usize) -> ParameterPri
 mod tests {
     use super::*;
     use puma_dyn::Scenario;
+
+    #[test]
+    fn the_learner_of_one_load_is_that_of_the_command() {
+        let nominal = learner(
+            Knowledge::Nominal,
+            RigidBodyForm::Alone,
+            FitOptions::several(),
+        );
+        let options = FitOptions::several();
+        let of_command = RigidBody::new(nominal.robot.clone(), RigidBodyForm::Alone, options);
+        assert_eq!(nominal.prior, of_command.prior);
+        let scenario = Scenario::reference();
+        let arm = inertial_parameters(scenario.model(), &Context::empty());
+        assert_eq!(nominal.prior.mean[..60], arm);
+    }
 
     #[test]
     fn what_is_not_known_has_neither_mean_nor_spread() {

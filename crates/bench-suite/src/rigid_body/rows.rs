@@ -3,11 +3,10 @@
 use std::sync::OnceLock;
 
 use faer::{Mat, MatRef};
-use puma_dyn::dynamics::{N_DRIVE_PARAMETERS, N_PARAMETERS, full_regressor};
+use puma_dyn::dynamics::{N_DRIVE_PARAMETERS, N_PARAMETERS, full_regressor, parameters_of_joint};
 use puma_dyn::{Model, Scenario, Workspace};
 
-use crate::dataset::DataSet;
-use crate::spec::N_JOINTS;
+use crate::dataset::{DataSet, N_JOINTS};
 use crate::split::N_ROWS;
 
 /// States with what a rigid-body model makes of them, for one joint.
@@ -68,20 +67,17 @@ impl<'a> Regressors<'a> {
     }
 }
 
-/// Parameters that the torque of a joint, from 1, depends on: those of the links that it moves, which
-/// are its own and all beyond, and those of its drive; of the parameters of (bodies, drives).
-pub fn columns(n_joints: usize, joint: usize) -> Vec<usize> {
-    let bodies = (joint - 1) * N_PARAMETERS..n_joints * N_PARAMETERS;
-    let drives = n_joints * N_PARAMETERS;
-    let drive = drives + (joint - 1) * N_DRIVE_PARAMETERS..drives + joint * N_DRIVE_PARAMETERS;
-    bodies.chain(drive).collect()
+/// Parameters of (bodies, drives) that the torque of a joint, from 1, depends on: see
+/// [`puma_dyn::dynamics::parameters_of_joint`].
+pub fn columns(model: &Model, joint: usize) -> Vec<usize> {
+    parameters_of_joint(model, joint - 1)
 }
 
 /// Rows of Y of a joint, from 1, in its [`columns`], (n, p).
 fn of_arm(model: &Model, joint: usize, x: MatRef<'_, f64>) -> Mat<f64> {
     let n = model.n_joints();
     let n_parameters = n * (N_PARAMETERS + N_DRIVE_PARAMETERS);
-    let columns = columns(n, joint);
+    let columns = columns(model, joint);
     let mut workspace = Workspace::new(model);
     let mut matrix = vec![0.0; n * n_parameters];
     let mut regressor = Mat::zeros(x.nrows(), columns.len());
@@ -96,6 +92,20 @@ fn of_arm(model: &Model, joint: usize, x: MatRef<'_, f64>) -> Mat<f64> {
         }
     }
     regressor
+}
+
+/// The rows of a joint, from 1, with a column for each parameter of (bodies, drives), (n, 14 ℓ).
+pub fn of_all_parameters(joint: usize, arm: &Mat<f64>) -> Mat<f64> {
+    let n_parameters = N_JOINTS * (N_PARAMETERS + N_DRIVE_PARAMETERS);
+    let mut all = Mat::zeros(arm.nrows(), n_parameters);
+    for (place, column) in columns(Scenario::reference().model(), joint)
+        .into_iter()
+        .enumerate()
+    {
+        let into = all.col_as_slice_mut(column);
+        into.copy_from_slice(arm.col_as_slice(place));
+    }
+    all
 }
 
 /// The first of the last link's ten columns.
@@ -148,7 +158,7 @@ mod tests {
             let attached = model.attach(frame, scenario.payload(load - 1)).unwrap();
             let loaded = inertial_parameters(model, &Context::from(attached));
             for joint in 1..=6 {
-                let used = columns(6, joint);
+                let used = columns(model, joint);
                 let mut pi: Vec<f64> = used.iter().map(|&column| of_arm[column]).collect();
                 pi.extend([0.0; 2 * N_PARAMETERS]);
                 for k in 0..N_PARAMETERS {

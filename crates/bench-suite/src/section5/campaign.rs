@@ -18,6 +18,19 @@ use crate::spec::Profile;
 use crate::store::{Store, Work};
 use crate::tally::Tally;
 
+/// Directory of an experiment's finished parts inside an output directory.
+///
+/// # Errors
+/// `UnknownName` if there is no such experiment.
+pub fn store_of(output: &Path, experiment: &str) -> Result<PathBuf, BenchError> {
+    let directory = output.join("section5").join(experiment);
+    Ok(directory.join(measured_by(experiment)?))
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// What is asked for, and what has been done of it.
 pub struct Campaign {
     /// Amount of work.
@@ -26,6 +39,10 @@ pub struct Campaign {
     reuse: Reuse,
     shard: Shard,
     n_threads: usize,
+    /// Keys of the pieces that may be computed; all if none.
+    only: Option<BTreeSet<String>>,
+    /// Keys of all pieces so far.
+    asked: Mutex<BTreeSet<String>>,
     /// Data and models, from the first piece on that has to be computed.
     bench: OnceLock<Bench>,
     /// Over all pieces so far.
@@ -41,6 +58,8 @@ impl Campaign {
             reuse,
             shard: Shard::WHOLE,
             n_threads: 0,
+            only: None,
+            asked: Mutex::default(),
             bench: OnceLock::new(),
             tally: Mutex::default(),
         }
@@ -56,6 +75,21 @@ impl Campaign {
     #[must_use]
     pub fn with_threads(self, n_threads: usize) -> Self {
         Self { n_threads, ..self }
+    }
+
+    /// The same with nothing computed but the pieces of some keys.
+    #[must_use]
+    pub fn with_only(self, keys: BTreeSet<String>) -> Self {
+        Self {
+            only: Some(keys),
+            ..self
+        }
+    }
+
+    /// Keys of all pieces that were asked for.
+    pub fn into_asked(self) -> BTreeSet<String> {
+        let asked = self.asked.into_inner();
+        asked.unwrap_or_else(PoisonError::into_inner)
     }
 
     /// How the work went.
@@ -78,11 +112,15 @@ impl Campaign {
         prepare: impl FnOnce(&'a Bench) -> Result<S, BenchError> + Send,
         measure: impl Fn(&S, &W) -> Result<W::Record, BenchError> + Sync + Send,
     ) -> Result<Option<Vec<W::Record>>, BenchError> {
-        let directory = self.output.join("section5").join(experiment);
-        let store = Store::open(directory.join(measured_by(experiment)?))?;
+        let store = Store::open(store_of(&self.output, experiment)?)?;
         let n_all = work.len();
         let n_dealt = self.tally().count_dealt(n_all);
-        let own = self.shard.after(n_dealt).of(work);
+        let keys = work.iter().map(Work::key);
+        lock(&self.asked).extend(keys);
+        let mut own = self.shard.after(n_dealt).of(work);
+        if let Some(only) = &self.only {
+            own.retain(|one| only.contains(&one.key()));
+        }
         let outcome = complete(
             &own,
             &store,
@@ -144,7 +182,7 @@ impl Campaign {
     }
 
     fn tally(&self) -> MutexGuard<'_, Tally> {
-        self.tally.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.tally)
     }
 
     /// Data and models, made at the first call.

@@ -1,7 +1,8 @@
 //! The shared models themselves: how they were fitted and how they predict.
 
-use mtgp::TaskProcess;
+use super::trained::process_of;
 use serde::{Deserialize, Serialize};
+use torque_model::{TaskProcess, TorqueFunction};
 
 use super::bench::Bench;
 use super::campaign::Campaign;
@@ -9,10 +10,10 @@ use super::part::Task;
 use super::spec::Section5Experiment;
 use super::training_set::{SPLIT_SEED, TrainingSet};
 use crate::data_figures::section::{Section, csv};
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
 use crate::metrics::nmse;
 use crate::report::text_table::{TextTable, score};
-use crate::spec::N_JOINTS;
 use crate::split::{N_ROWS, Split};
 
 /// Settings of a profile.
@@ -59,7 +60,7 @@ pub fn make(
         prepare,
         |(bench, trained, splits), &(model, joint_idx)| {
             let models = [&trained.mgp, &trained.igp, &trained.pgp];
-            let (_, process) = &models[model].learned()[joint_idx];
+            let process = process_of(models[model], joint_idx);
             line(bench, splits, joint_idx + 1, process)
         },
     )?;
@@ -80,7 +81,7 @@ fn line(
 ) -> Result<Line, BenchError> {
     let (mut interp, mut extrap) = (0.0, 0.0);
     let all_rows: Vec<usize> = (0..N_ROWS).collect();
-    let means = process.predict_mean_of_all_tasks(bench.data.x(&all_rows).as_ref())?;
+    let means = process.predict_mean_of_all_contexts(bench.data.x(&all_rows).as_ref())?;
     for (task, split) in splits.iter().enumerate() {
         let of_task = means.col_as_slice(task);
         let on = |rows: &[usize]| {

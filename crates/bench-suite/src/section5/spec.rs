@@ -6,32 +6,21 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::BenchError;
+use crate::experiment_file::{self, experiment_files};
 use crate::spec::{Profile, Prose};
 
 /// Name that chooses all of them on the command line.
 pub const GROUP: &str = "section5";
 
 /// Sources of the experiments, in the order in which they are made.
-const SOURCES: [(&str, &str); 7] = [
-    ("models.toml", include_str!("../../experiments/models.toml")),
-    (
-        "context.toml",
-        include_str!("../../experiments/context.toml"),
-    ),
-    ("novel.toml", include_str!("../../experiments/novel.toml")),
-    (
-        "transfer.toml",
-        include_str!("../../experiments/transfer.toml"),
-    ),
-    ("rbd.toml", include_str!("../../experiments/rbd.toml")),
-    (
-        "sampled.toml",
-        include_str!("../../experiments/sampled.toml"),
-    ),
-    (
-        "closed_loop.toml",
-        include_str!("../../experiments/closed_loop.toml"),
-    ),
+const SOURCES: [(&str, &str); 7] = experiment_files![
+    "models.toml",
+    "context.toml",
+    "novel.toml",
+    "transfer.toml",
+    "rbd.toml",
+    "sampled.toml",
+    "closed_loop.toml",
 ];
 
 /// What an experiment works with.
@@ -73,10 +62,7 @@ impl Section5Experiment {
     /// # Errors
     /// `Experiment` if it is not TOML of this format.
     pub fn parse(name: &str, source: &str) -> Result<Self, BenchError> {
-        toml::from_str(source).map_err(|error| BenchError::Experiment {
-            name: name.to_string(),
-            message: error.to_string(),
-        })
+        experiment_file::parse(name, source)
     }
 
     /// The names on the command line.
@@ -93,9 +79,8 @@ impl Section5Experiment {
     /// # Errors
     /// `Experiment` if the profile is missing, or its settings are not of that form.
     pub fn settings<T: DeserializeOwned>(&self, profile: Profile) -> Result<T, BenchError> {
-        let refuse = |message: String| BenchError::Experiment {
-            name: self.name.clone(),
-            message: format!("profile {}: {message}", profile.name()),
+        let refuse = |message: String| {
+            BenchError::experiment(&self.name, format!("profile {}: {message}", profile.name()))
         };
         let table = self.profile.get(&profile);
         let table = table.ok_or_else(|| refuse("missing".to_string()))?;

@@ -4,20 +4,16 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use gp_core::{Provenance, TrainingRanges};
-use mtgp::{
-    ModelParts, MultiTaskModel, MultiTaskOptions, StageOne, TaskFit, TaskProcess, fit_ranks,
-};
+use mtgp::{MultiTaskOptions, StageOne, TaskFit, fit_ranks};
 use rayon::prelude::*;
-use sha2::{Digest, Sha256};
+use torque_model::{JointModel, ModelParts, Provenance, RobotModel, TaskProcess, TrainingRanges};
 
 use super::training_set::{Samples, TrainingSet};
-use crate::dataset::DataSet;
+use crate::dataset::{DataSet, N_JOINTS};
 use crate::digest::sha256_hex;
 use crate::error::BenchError;
 use crate::run::Reuse;
 use crate::shard::Shard;
-use crate::spec::N_JOINTS;
 use crate::store::write_atomically;
 
 /// Fingerprint of sources, data and dependencies behind a model, made by the build script.
@@ -26,15 +22,18 @@ const TRAINED_BY: &str = env!("TRAINED_BY");
 /// Rank of the mGP: what BIC chooses at most sizes in section 4.6.
 pub const RANK: usize = 4;
 
+/// Kinds of models as names of files begin with them.
+pub const KINDS: [&str; 3] = ["mgp", "igp", "pgp"];
+
 /// The models of one training set, each of all six joints.
 #[derive(Debug, Clone)]
 pub struct Trained {
     /// Rank [`RANK`].
-    pub mgp: MultiTaskModel,
+    pub mgp: RobotModel,
     /// K^ρ = I.
-    pub igp: MultiTaskModel,
+    pub igp: RobotModel,
     /// K^ρ = 11ᵀ.
-    pub pgp: MultiTaskModel,
+    pub pgp: RobotModel,
 }
 
 /// Directory of model files, each named by the hash of everything that determines it.
@@ -69,7 +68,7 @@ impl Shelf {
     /// # Panics
     /// If the data lack one of the loads.
     pub fn trained(&self, set: &TrainingSet, data: &DataSet) -> Result<Arc<Trained>, BenchError> {
-        let key = format!("format 2; trained by {TRAINED_BY}; {}", set.key());
+        let key = key(set);
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(trained) = open.get(&key) {
             return Ok(Arc::clone(trained));
@@ -100,7 +99,7 @@ impl Shelf {
     fn load(&self, key: &str, joint_idx: usize) -> Option<Trained> {
         let read = |model| {
             let bytes = std::fs::read(self.path(key, joint_idx, model)).ok()?;
-            let model = MultiTaskModel::from_bytes(&bytes).ok()?;
+            let model = RobotModel::from_bytes(&bytes).ok()?;
             let joints: Vec<usize> = model.learned().iter().map(|(idx, _)| *idx).collect();
             (joints == [joint_idx]).then_some(model)
         };
@@ -113,30 +112,57 @@ impl Shelf {
 
     fn save(&self, key: &str, joint_idx: usize, trained: &Trained) -> Result<(), BenchError> {
         std::fs::create_dir_all(&self.dir).map_err(BenchError::io(&self.dir))?;
-        let models = [
-            ("mgp", &trained.mgp),
-            ("igp", &trained.igp),
-            ("pgp", &trained.pgp),
-        ];
-        for (name, model) in models {
-            write_atomically(&self.path(key, joint_idx, name), &model.to_bytes())?;
+        for (kind, bytes) in trained.files() {
+            write_atomically(&self.path(key, joint_idx, kind), &bytes)?;
         }
         Ok(())
     }
 
     /// File of one of the models of a joint.
     fn path(&self, key: &str, joint_idx: usize, model: &str) -> PathBuf {
-        let hash = sha256_hex(key.as_bytes());
-        let joint = joint_idx + 1;
-        self.dir
-            .join(format!("{model}-joint{joint}-{}.tgp", &hash[..16]))
+        self.dir.join(name_of(key, joint_idx, model))
     }
 }
 
+/// Everything that the models of a training set depend on.
+fn key(set: &TrainingSet) -> String {
+    format!("format 2; trained by {TRAINED_BY}; {}", set.key())
+}
+
+fn name_of(key: &str, joint_idx: usize, model: &str) -> String {
+    let hash = sha256_hex(key.as_bytes());
+    let joint = joint_idx + 1;
+    format!("{model}-joint{joint}-{}.tgp", &hash[..16])
+}
+
+/// Name of the file of one of the [`KINDS`] of a joint, from 0.
+pub fn file_name(set: &TrainingSet, joint_idx: usize, kind: &str) -> String {
+    name_of(&key(set), joint_idx, kind)
+}
+
+/// Fits one joint, from 1, of a training set: the contents of its files, by their [`KINDS`].
+///
+/// # Errors
+/// `MultiTask` or `Fit`.
+pub fn model_files(
+    set: &TrainingSet,
+    data: &DataSet,
+    joint: usize,
+) -> Result<[(&'static str, Vec<u8>); 3], BenchError> {
+    let samples = set.samples(data)?;
+    Ok(fit(set, &samples, data, joint)?.files())
+}
+
 impl Trained {
+    /// Contents of the model files, by their [`KINDS`].
+    fn files(&self) -> [(&'static str, Vec<u8>); 3] {
+        let models = [&self.mgp, &self.igp, &self.pgp];
+        std::array::from_fn(|idx| (KINDS[idx], models[idx].to_bytes()))
+    }
+
     /// The models of all joints from those of each.
     fn of_joints(joints: Vec<(usize, Self)>) -> Result<Self, BenchError> {
-        let mut of_kind: [Vec<MultiTaskModel>; 3] = Default::default();
+        let mut of_kind: [Vec<RobotModel>; 3] = Default::default();
         for (_, Self { mgp, igp, pgp }) in joints {
             for (models, model) in of_kind.iter_mut().zip([mgp, igp, pgp]) {
                 models.push(model);
@@ -151,13 +177,22 @@ impl Trained {
     }
 }
 
+/// The process of a joint, from 0, that a model has learned.
+///
+/// # Panics
+/// If it has not.
+pub fn process_of(model: &RobotModel, joint_idx: usize) -> &TaskProcess {
+    let found = model.tasks().find(|(idx, _)| *idx == joint_idx);
+    found.expect("every joint is learned").1
+}
+
 /// One model of the joints of several, which know the same contexts.
-fn together(models: &[MultiTaskModel]) -> Result<MultiTaskModel, BenchError> {
+fn together(models: &[RobotModel]) -> Result<RobotModel, BenchError> {
     let mut parts = models[0].parts().clone();
     parts.learned = (models.iter())
         .flat_map(|model| model.learned().iter().cloned())
         .collect();
-    Ok(MultiTaskModel::new(parts)?)
+    Ok(RobotModel::new(parts)?)
 }
 
 /// Fits one joint, from 1, of a training set: mGP, iGP and pGP.
@@ -173,7 +208,7 @@ fn fit(
     joint: usize,
 ) -> Result<Trained, BenchError> {
     let [mgp, igp, pgp] = fit_joint(samples, data, joint)?
-        .map(|fit| model(set, samples, vec![(joint - 1, TaskProcess::from(fit))]));
+        .map(|fit| model(set, samples, vec![(joint - 1, JointModel::from(fit))]));
     Ok(Trained {
         mgp: mgp?,
         igp: igp?,
@@ -194,15 +229,15 @@ fn fit_joint(samples: &Samples, data: &DataSet, joint: usize) -> Result<[TaskFit
 fn model(
     set: &TrainingSet,
     samples: &Samples,
-    learned: Vec<(usize, TaskProcess)>,
-) -> Result<MultiTaskModel, BenchError> {
+    learned: Vec<(usize, JointModel)>,
+) -> Result<RobotModel, BenchError> {
     let n_each = set.n_each();
     let of_context = |task: usize| {
         let rows = samples.stacked.covariates();
         TrainingRanges::of(rows.subrows(task * n_each, n_each))
     };
     let context_ranges: Result<_, _> = (0..set.n_contexts).map(of_context).collect();
-    Ok(MultiTaskModel::new(ModelParts {
+    Ok(RobotModel::new(ModelParts {
         joint_names: (1..=N_JOINTS)
             .map(|joint| format!("joint{joint}"))
             .collect(),
@@ -213,11 +248,10 @@ fn model(
         ranges: TrainingRanges::of(samples.x.as_ref())?,
         context_ranges: context_ranges?,
         selection: None,
-        provenance: Provenance {
-            data_sha256: Sha256::digest(set.key()).into(),
-            robot_sha256: None,
-            program: concat!("bench-suite ", env!("CARGO_PKG_VERSION")).to_string(),
-            context: String::new(),
-        },
+        robot: None,
+        provenance: Provenance::new(
+            concat!("bench-suite ", env!("CARGO_PKG_VERSION")),
+            set.key().as_bytes(),
+        ),
     })?)
 }

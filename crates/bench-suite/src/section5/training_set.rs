@@ -2,17 +2,28 @@
 
 use faer::Mat;
 use mtgp::Stacked;
+use serde::Deserialize;
 
+use super::spec::Section5Experiment;
 use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::multi::draw::nested;
 use crate::seed::{sample_indices, stream};
-use crate::split::{REFERENCE, Split, TrajectoryId, UNIQUE};
+use crate::spec::Profile;
+use crate::split::{N_PATHS, N_SPEEDS, REFERENCE, Split, TrajectoryId, UNIQUE};
 
 /// Seed of the subsets, that of figures 10 and 11.
 const SEED: &str = "many-contexts";
 /// Seed of the training and test sets, that of table 3.
 pub const SPLIT_SEED: &str = "one-context";
+
+/// What the settings of an experiment say of its training set, among others.
+#[derive(Deserialize)]
+struct SetSettings {
+    n_total: Option<usize>,
+    #[serde(default)]
+    held_out: Vec<String>,
+}
 
 /// Samples of the loads c1 to c`n_contexts`, equally many of each.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,6 +44,37 @@ impl TrainingSet {
             n_total,
             held_out: Vec::new(),
         }
+    }
+
+    /// What the models of an experiment are trained on in a profile; `None` if it uses none of the shared ones.
+    ///
+    /// # Errors
+    /// `Experiment` if there is no such profile, or a trajectory held out does not exist.
+    pub fn of_experiment(
+        experiment: &Section5Experiment,
+        profile: Profile,
+    ) -> Result<Option<Self>, BenchError> {
+        let settings: SetSettings = experiment.settings(profile)?;
+        let Some(n_total) = settings.n_total else {
+            return Ok(None);
+        };
+        let set = Self::holding_out(&experiment.name, n_total, &settings.held_out);
+        set.map(Some)
+    }
+
+    /// The same loads without a sample of some trajectories.
+    ///
+    /// # Errors
+    /// `Experiment` for a trajectory that does not exist.
+    pub fn holding_out(
+        experiment: &str,
+        n_total: usize,
+        held_out: &[String],
+    ) -> Result<Self, BenchError> {
+        Ok(Self {
+            held_out: trajectories(experiment, held_out)?,
+            ..Self::of_table_2(n_total)
+        })
     }
 
     /// Samples of each load.
@@ -86,6 +128,21 @@ impl TrainingSet {
         let rows = loads.iter().map(|&load| self.rows(load)).collect();
         Samples::of(data, loads, rows)
     }
+}
+
+/// Trajectories that an experiment names: (p1,s2) is written p1s2.
+///
+/// # Errors
+/// `Experiment` for one that does not exist.
+pub fn trajectories(experiment: &str, names: &[String]) -> Result<Vec<TrajectoryId>, BenchError> {
+    let read = |name: &String| {
+        let found = TrajectoryId::all().find(|id| id.to_string() == *name);
+        found.ok_or_else(|| {
+            let message = format!("\"{name}\" is not a trajectory p1s1 to p{N_PATHS}s{N_SPEEDS}");
+            BenchError::experiment(experiment, message)
+        })
+    };
+    names.iter().map(read).collect()
 }
 
 /// The samples of a training set.
@@ -157,6 +214,20 @@ mod tests {
         // c5 has lost its own trajectory and takes that of c4.
         let of_c4 = |row: &usize| UNIQUE[3].rows().contains(row);
         assert!(set.rows(5).iter().any(of_c4));
+    }
+
+    #[test]
+    fn trajectories_are_read_and_wrong_ones_refused() {
+        let read = trajectories("x", &["p2s3".to_string()]).unwrap();
+        assert_eq!(read, [REFERENCE]);
+        for wrong in ["p5s1", "p1s0", "s1p1", "p1", ""] {
+            let error = trajectories("x", &[wrong.to_string()]).unwrap_err();
+            let message = error.to_string();
+            assert!(
+                message.contains("is not a trajectory p1s1 to p4s4"),
+                "{message}"
+            );
+        }
     }
 
     #[test]

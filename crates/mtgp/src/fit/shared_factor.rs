@@ -16,6 +16,7 @@ use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
 use super::options::MultiTaskOptions;
 use super::rank_part::rank_part;
 use crate::error::{MtgpError, require_count};
+use crate::latent::predict_mean_of_all_tasks;
 use crate::prior::MultiTaskCovariance;
 use crate::prior::Stacked;
 use crate::prior::TaskMatrix;
@@ -43,6 +44,21 @@ pub struct SharedFit {
 }
 
 impl SharedFit {
+    /// Posterior means of every task for one joint, from 0, at the rows of `x`, (k, m): see
+    /// [`predict_mean_of_all_tasks`].
+    ///
+    /// # Errors
+    /// As there.
+    /// # Panics
+    /// If there is no such joint.
+    pub fn predict_mean_of_all_tasks(
+        &self,
+        joint_idx: usize,
+        x: MatRef<'_, f64>,
+    ) -> Result<Mat<f64>, MtgpError> {
+        predict_mean_of_all_tasks(&self.joints[joint_idx], x)
+    }
+
     /// Σ_i log L_i, natural log.
     pub fn log_marginal(&self) -> f64 {
         self.log_marginals.iter().sum()

@@ -6,6 +6,7 @@ use gp_core::{
 };
 
 use crate::error::MtgpError;
+use crate::latent::predict_mean_of_all_tasks;
 use crate::prior::MultiTaskCovariance;
 use crate::prior::Stacked;
 use crate::prior::TaskMatrix;
@@ -91,7 +92,16 @@ impl TaskFit {
         Ok(self.posterior.predict_mean(rows.as_ref())?)
     }
 
-    pub(crate) fn rows_of(&self, task: usize, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
+    /// Posterior means of every task at the rows of `x`, in target units, (k, m): see
+    /// [`predict_mean_of_all_tasks`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn predict_mean_of_all_tasks(&self, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
+        predict_mean_of_all_tasks(&self.posterior, x)
+    }
+
+    fn rows_of(&self, task: usize, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
         let expected = self.covariance().input().linear().linear_std().len();
         if x.ncols() != expected {
             let found = x.ncols();

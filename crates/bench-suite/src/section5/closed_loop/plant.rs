@@ -8,8 +8,8 @@ use puma_dyn::{Context, Scenario, Workspace, crba};
 use serde::{Deserialize, Serialize};
 
 use super::settings::Obstacle;
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::spec::N_JOINTS;
 use crate::split::{REFERENCE, TrajectoryId};
 
 /// Time between two ticks of the controller, s.

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::error::BenchError;
-use crate::section5::training_set::TrainingSet;
+use crate::section5::training_set::{TrainingSet, trajectories};
 use crate::split::TrajectoryId;
 
 /// Settings of a profile.
@@ -74,11 +74,7 @@ impl Settings {
     /// # Errors
     /// `Experiment` for a trajectory that does not exist.
     pub fn training_set(&self, name: &str) -> Result<TrainingSet, BenchError> {
-        let held_out = self.held_out.iter().map(|run| trajectory(name, run));
-        Ok(TrainingSet {
-            held_out: held_out.collect::<Result<_, _>>()?,
-            ..TrainingSet::of_table_2(self.n_total)
-        })
+        TrainingSet::holding_out(name, self.n_total, &self.held_out)
     }
 
     /// The trajectories that the arm follows.
@@ -86,10 +82,7 @@ impl Settings {
     /// # Errors
     /// `Experiment` for one that does not exist.
     pub fn followed(&self, name: &str) -> Result<Vec<TrajectoryId>, BenchError> {
-        self.followed
-            .iter()
-            .map(|run| trajectory(name, run))
-            .collect()
+        trajectories(name, &self.followed)
     }
 }
 
@@ -114,11 +107,7 @@ impl Switch {
 }
 
 fn trajectory(experiment: &str, run: &str) -> Result<TrajectoryId, BenchError> {
-    let found = TrajectoryId::all().find(|id| id.to_string() == run);
-    found.ok_or_else(|| BenchError::Experiment {
-        name: experiment.to_string(),
-        message: format!("no trajectory is named {run}"),
-    })
+    Ok(trajectories(experiment, &[run.to_string()])?[0])
 }
 
 #[cfg(test)]

@@ -3,17 +3,15 @@
 use std::sync::Arc;
 
 use faer::{Mat, MatRef};
-use gp_core::optimize::MinimizeOptions;
-use mtgp::TaskProcess;
-use mtgp::latent::LatentFunctions;
-use mtgp::novel::{AdaptedPosterior, Border, NewTorques, fit_row_from_population};
 use puma_dyn::motion::{
     FeedForward, GravityFeedForward, JointState, ModelFeedForward, NoFeedForward, Tick,
 };
 use serde::{Deserialize, Serialize};
+use torque_model::{Adapt, RobotModel, TaskProcess, TorqueFunction, adapt_joint};
 
 use super::plant::Plant;
 use crate::cell::ModelKind;
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
 use crate::models::Fitted;
 use crate::multi::draw::nested;
@@ -21,9 +19,8 @@ use crate::rigid_body::parameters::Knowledge;
 use crate::rigid_body::rows::States;
 use crate::rigid_body::{JointModel, RigidBodyFit, RigidBodyForm};
 use crate::section5::bench::Bench;
-use crate::section5::trained::Trained;
+use crate::section5::trained::{Trained, process_of};
 use crate::section5::training_set::{SPLIT_SEED, TrainingSet};
-use crate::spec::N_JOINTS;
 use crate::split::Split;
 
 /// Seed of the samples of c15.
@@ -152,7 +149,7 @@ pub struct Learned {
     rigid_body: Vec<RigidBodyFit>,
     no_friction: Vec<RigidBodyFit>,
     /// For c15, which the mGP does not have.
-    adapted: Vec<AdaptedPosterior>,
+    adapted: Vec<TaskProcess>,
 }
 
 impl Learned {
@@ -201,8 +198,8 @@ impl Sources<'_> {
             learned.rigid_body.push(informed(Knowledge::Nominal)?);
             learned.no_friction.push(informed(Knowledge::NoFriction)?);
             if load == NEW_LOAD {
-                let process = &self.trained.mgp.learned()[joint - 1].1;
-                let adapted = adapt(process, x.as_ref(), &torques)?;
+                let process = process_of(&self.trained.mgp, joint - 1);
+                let adapted = adapt_joint(process, x.as_ref(), &torques, Adapt::default())?;
                 learned.adapted.push(adapted);
             }
         }
@@ -237,11 +234,11 @@ impl Sources<'_> {
             Source::RigidBody => informed(&learned.rigid_body)?,
             Source::NoFriction => informed(&learned.no_friction)?,
             Source::Mgp if load == NEW_LOAD => columns(&learned.adapted, |adapted| {
-                Ok(adapted.predict_mean(x, adapted.new_context())?)
+                Ok(adapted.predict_mean(self.set.n_contexts, x)?)
             })?,
             Source::Igp if load == NEW_LOAD => return Ok(None),
-            Source::Igp => means(self.trained.igp.learned(), load - 1, x)?,
-            Source::Mgp => means(self.trained.mgp.learned(), load - 1, x)?,
+            Source::Igp => means(&self.trained.igp, load - 1, x)?,
+            Source::Mgp => means(&self.trained.mgp, load - 1, x)?,
         };
         Ok(Some(TorqueTable(table)))
     }
@@ -251,9 +248,8 @@ impl Sources<'_> {
     /// # Errors
     /// `MultiTask`.
     pub fn all_loads(&self, x: MatRef<'_, f64>) -> Result<Vec<TorqueTable>, BenchError> {
-        let learned = self.trained.mgp.learned();
         (0..self.set.n_contexts)
-            .map(|task| Ok(TorqueTable(means(learned, task, x)?)))
+            .map(|task| Ok(TorqueTable(means(&self.trained.mgp, task, x)?)))
             .collect()
     }
 }
@@ -287,38 +283,9 @@ fn columns<T>(
     }))
 }
 
-fn means(
-    joints: &[(usize, TaskProcess)],
-    task: usize,
-    x: MatRef<'_, f64>,
-) -> Result<Mat<f64>, BenchError> {
-    columns(joints, |(_, process)| {
-        let rows = process.covariance().rows_of(x, task)?;
-        Ok(process.posterior.predict_mean(rows.as_ref())?)
-    })
-}
-
-/// One joint of the mGP, conditioned on the samples of a new load.
-fn adapt(
-    process: &TaskProcess,
-    x: MatRef<'_, f64>,
-    torques: &[f64],
-) -> Result<AdaptedPosterior, BenchError> {
-    let latent = LatentFunctions::new(&process.posterior, x)?;
-    let new = NewTorques {
-        latent: &latent,
-        torques,
-    };
-    let known = process.covariance().task().rows();
-    let options = MinimizeOptions {
-        gradient_tolerance: 1e-3,
-        value_tolerance: 1e-6,
-        max_evaluations: 100,
-        max_recoveries: 5,
-    };
-    let fit = fit_row_from_population(&[new], &known, Border::InSpan, 1, &options)?;
-    let posterior = process.posterior.clone();
-    Ok(AdaptedPosterior::from_latent(posterior, fit.row, x, new)?)
+fn means(model: &RobotModel, task: usize, x: MatRef<'_, f64>) -> Result<Mat<f64>, BenchError> {
+    let joints: Vec<&TaskProcess> = model.tasks().map(|(_, process)| process).collect();
+    columns(&joints, |process| Ok(process.predict_mean(task, x)?))
 }
 
 #[cfg(test)]

@@ -1,16 +1,17 @@
 //! A load changed for another in mid-motion, with feed-forward of whichever load the tracker believes in.
 
+use mtgp::MtgpError;
 use mtgp::context::{ContextPrior, ContextTracker, ContextTransition, Outliers};
-use mtgp::{MtgpError, MultiTaskModel};
 use puma_dyn::motion::{FeedForward, JointState, ReferenceMotion, Tick};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use torque_model::RobotModel;
 
 use super::plant::{Control, PERIOD, Plant, Tally};
 use super::settings::Settings;
 use super::source::TorqueTable;
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::spec::N_JOINTS;
 
 /// Time before the change from which on the tracker is asked, s.
 const BEFORE: f64 = 0.25;
@@ -99,7 +100,7 @@ impl FeedForward for Believed<'_> {
 /// Runs of every pair of loads.
 pub struct Switching<'a> {
     pub plant: &'a Plant,
-    pub model: &'a MultiTaskModel,
+    pub model: &'a RobotModel,
     pub settings: &'a Settings,
     pub reference: &'a ReferenceMotion,
     /// Torques of the mGP for every load.
@@ -184,8 +185,7 @@ impl Switching<'_> {
 
     fn tracker(&self) -> Result<ContextTracker, BenchError> {
         let m = self.model.contexts().len();
-        let learned = self.model.learned().iter();
-        let posteriors = learned.map(|(_, process)| &process.posterior);
+        let posteriors = self.model.tasks().map(|(_, process)| &process.posterior);
         let prior = ContextPrior::uniform(m)?;
         let switch = &self.settings.switch;
         let chain = ContextTransition::switching(m, switch.rate, PERIOD)?;

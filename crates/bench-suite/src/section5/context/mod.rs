@@ -4,6 +4,7 @@
 //! Section 5, eq. (21).
 
 mod confusion;
+mod counts;
 mod picture;
 mod settings;
 mod switching;

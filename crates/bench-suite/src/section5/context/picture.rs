@@ -1,7 +1,8 @@
 //! A confusion matrix as squares whose area is the part of a row's trials.
 
-use super::confusion::Confusion;
-use crate::report::picture::{Align, Font, Picture};
+use super::counts::Confusion;
+use crate::figure::colour::{BLUE, INK, VERMILION};
+use crate::figure::picture::{Align, Font, Picture};
 
 /// Side of a cell.
 const CELL: f64 = 26.0;
@@ -22,7 +23,7 @@ pub fn draw(confusion: &Confusion) -> Picture {
         Align::Centre,
     );
     picture.vertical_text(14.0, MARGIN + side / 2.0, "load that was true", Font::Label);
-    picture.rectangle((MARGIN, MARGIN, side, side), "none", Some("#999999"));
+    picture.rectangle((MARGIN, MARGIN, side, side), "none", Some(INK));
     for (load, row) in confusion.counts.iter().enumerate() {
         let name = format!("c{}", load + 1);
         let y = centre(load);
@@ -38,7 +39,7 @@ pub fn draw(confusion: &Confusion) -> Picture {
         for (said, n) in row.iter().enumerate().filter(|(_, n)| **n > 0) {
             let part = *n as f64 / total as f64;
             let side = (CELL - 2.0) * part.sqrt();
-            let colour = if said == load { "#1b6ca8" } else { "#c2452d" };
+            let colour = if said == load { BLUE } else { VERMILION };
             picture.start_group(format!(
                 "c{} taken for c{}: {n} of {total}",
                 load + 1,

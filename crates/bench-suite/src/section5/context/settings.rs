@@ -2,9 +2,9 @@
 
 use serde::Deserialize;
 
-use super::super::training_set::TrainingSet;
+use super::super::training_set::{TrainingSet, trajectories};
 use crate::error::BenchError;
-use crate::split::{N_PATHS, N_SPEEDS, TrajectoryId};
+use crate::split::TrajectoryId;
 
 /// Settings of a profile.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -45,10 +45,7 @@ impl Settings {
     /// # Errors
     /// `Experiment` for a trajectory that does not exist.
     pub fn training_set(&self, name: &str) -> Result<TrainingSet, BenchError> {
-        Ok(TrainingSet {
-            held_out: trajectories(name, &self.held_out)?,
-            ..TrainingSet::of_table_2(self.n_total)
-        })
+        TrainingSet::holding_out(name, self.n_total, &self.held_out)
     }
 
     /// The trajectories of the trials.
@@ -60,49 +57,11 @@ impl Settings {
     }
 }
 
-/// (p1,s2) is written p1s2.
-fn trajectories(name: &str, labels: &[String]) -> Result<Vec<TrajectoryId>, BenchError> {
-    let read = |label: &String| {
-        let (path, speed) = label.strip_prefix('p')?.split_once('s')?;
-        let number = |text: &str, most: usize| {
-            let number: usize = text.parse().ok()?;
-            (1..=most).contains(&number).then(|| number - 1)
-        };
-        Some(TrajectoryId {
-            path_idx: number(path, N_PATHS)?,
-            speed_idx: number(speed, N_SPEEDS)?,
-        })
-    };
-    let refuse = |label: &String| BenchError::Experiment {
-        name: name.to_string(),
-        message: format!("\"{label}\" is not a trajectory p1s1 to p{N_PATHS}s{N_SPEEDS}"),
-    };
-    let found = labels
-        .iter()
-        .map(|label| read(label).ok_or_else(|| refuse(label)));
-    found.collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::super::spec::Section5Experiment;
     use super::*;
     use crate::spec::Profile;
-    use crate::split::REFERENCE;
-
-    #[test]
-    fn trajectories_are_read_and_wrong_ones_refused() {
-        let read = trajectories("x", &["p2s3".to_string()]).unwrap();
-        assert_eq!(read, [REFERENCE]);
-        for wrong in ["p5s1", "p1s0", "s1p1", "p1", ""] {
-            let error = trajectories("x", &[wrong.to_string()]).unwrap_err();
-            let message = error.to_string();
-            assert!(
-                message.contains("is not a trajectory p1s1 to p4s4"),
-                "{message}"
-            );
-        }
-    }
 
     #[test]
     fn trials_are_on_trajectories_without_a_training_sample() {

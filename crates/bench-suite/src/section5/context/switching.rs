@@ -3,16 +3,17 @@
 use std::time::Instant;
 
 use faer::Mat;
-use mtgp::MultiTaskModel;
 use mtgp::context::{ContextPrior, ContextTracker, ContextTransition};
 use puma_dyn::Scenario;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use torque_model::RobotModel;
 
 use super::confusion::percent;
 use super::settings::Settings;
 use super::trials::SEED;
 use crate::data_figures::section::{Section, csv};
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
 use crate::section5::bench::Bench;
 use crate::section5::campaign::Campaign;
@@ -21,7 +22,6 @@ use crate::section5::part::Task;
 use crate::section5::spec::Section5Experiment;
 use crate::section5::training_set::TrainingSet;
 use crate::seed::{sample_indices, stream};
-use crate::spec::N_JOINTS;
 use crate::split::{N_SAMPLES, TrajectoryId};
 
 /// Samples before the change.
@@ -128,14 +128,11 @@ fn interval(trajectory: TrajectoryId) -> f64 {
 fn tracker(
     trajectory: TrajectoryId,
     window: usize,
-    model: &MultiTaskModel,
+    model: &RobotModel,
     settings: &Settings,
 ) -> Result<ContextTracker, BenchError> {
     let m = model.contexts().len();
-    let posteriors = model
-        .learned()
-        .iter()
-        .map(|(_, process)| &process.posterior);
+    let posteriors = model.tasks().map(|(_, process)| &process.posterior);
     let prior = ContextPrior::uniform(m)?;
     let chain = ContextTransition::switching(m, settings.switching_rate, interval(trajectory))?;
     let noise = vec![settings.switch_noise; model.learned().len()];

@@ -1,16 +1,16 @@
 //! Trials: new torques under one load, and what each known load's density says of them.
 
+use mtgp::MtgpError;
 use mtgp::latent::LatentFunctions;
 use mtgp::novel::RowPopulation;
-use mtgp::{MtgpError, MultiTaskModel, TaskProcess};
 use serde::{Deserialize, Serialize};
+use torque_model::{RobotModel, TaskProcess};
 
 use super::settings::Settings;
-use crate::dataset::DataSet;
+use crate::dataset::{DataSet, N_JOINTS};
 use crate::error::BenchError;
 use crate::section5::normal::normals;
 use crate::seed::{sample_indices, stream};
-use crate::spec::N_JOINTS;
 use crate::split::{N_SAMPLES, TrajectoryId, UNIQUE};
 
 /// Seed of places and noise.
@@ -131,17 +131,17 @@ impl Place {
     /// `MultiTask` if a density overflows.
     pub fn trials(
         &self,
-        model: &MultiTaskModel,
+        model: &RobotModel,
         data: &DataSet,
         settings: &Settings,
     ) -> Result<Vec<Trial>, BenchError> {
         let m = model.contexts().len();
         let mut trials = self.empty(m, settings);
-        for (joint_idx, process) in model.learned() {
+        for (joint_idx, process) in model.tasks() {
             let densities = Densities::at(self, process, data, settings)?;
             for trial in &mut trials {
                 let mut torques = data.torques(trial.load, joint_idx + 1, &self.rows);
-                self.add_noise(trial, *joint_idx, settings, &mut torques);
+                self.add_noise(trial, joint_idx, settings, &mut torques);
                 densities.add_to(trial, &torques, settings)?;
             }
         }

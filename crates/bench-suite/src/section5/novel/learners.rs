@@ -2,14 +2,12 @@
 
 use std::time::Instant;
 
-use gp_core::TrainingRanges;
 use gp_core::optimize::MinimizeOptions;
 use mtgp::context::{ContextPrior, JointTorques, WithTorqueNoise, context_evidence};
 use mtgp::latent::LatentFunctions;
-use mtgp::novel::{AdaptedPosterior, Border, NewTorques, fit_row, fit_row_from_population};
-use mtgp::prior::TaskRow;
-use mtgp::{MultiTaskModel, TaskProcess};
+use mtgp::novel::{AdaptedPosterior, Border, NewTorques, fit_row_from_population};
 use serde::{Deserialize, Serialize};
+use torque_model::{Adapt, RobotModel, TaskProcess, TorqueFunction, adapt_joint};
 
 use super::physics::LoadRegression;
 use super::{Case, Samples, Test};
@@ -17,7 +15,7 @@ use crate::cell::ModelKind;
 use crate::error::BenchError;
 use crate::metrics::nmse;
 use crate::models::Fitted;
-use crate::section5::trained::Trained;
+use crate::section5::trained::{Trained, process_of};
 
 /// Known rows that a search for the new one sets out from, beside least squares.
 const N_NEAREST: usize = 1;
@@ -137,32 +135,55 @@ impl Learners<'_> {
         samples: &Samples,
         joint_idx: usize,
     ) -> Result<[(Learner, Vec<f64>, f64); 4], BenchError> {
-        let process = &self.trained.mgp.learned()[joint_idx].1;
-        let torques = &samples.torques[joint_idx];
-        let (adapted, seconds) = adapt(process, samples, torques, Way::InSpan)?;
-        let (own, _) = adapt(process, samples, torques, Way::OwnFunction)?;
-        let (free, _) = adapt(process, samples, torques, Way::NoPrior)?;
-        let new = adapted.new_context();
-        let x = self.test.x.as_ref();
-        let row_only = self.row_only(joint_idx, adapted.new_row())?;
+        let process = process_of(&self.trained.mgp, joint_idx);
+        let (x, torques) = (samples.x.as_ref(), &samples.torques[joint_idx]);
+        let new = process.covariance().n_tasks();
+        let mean = |how| {
+            let grown = adapt_joint(process, x, torques, how)?;
+            Ok::<_, BenchError>(grown.predict_mean(new, self.test.x.as_ref())?)
+        };
+        let start = Instant::now();
+        let grown = adapt_joint(process, x, torques, Adapt::default())?;
+        let seconds = start.elapsed().as_secs_f64();
+        let row_only = Adapt {
+            is_row_only: true,
+            ..Adapt::default()
+        };
+        let no_prior = Adapt {
+            has_prior: false,
+            ..Adapt::default()
+        };
+        let of_test = grown.predict_mean(new, self.test.x.as_ref())?;
         Ok([
-            (Learner::Mgp, adapted.predict_mean(x, new)?, seconds),
-            (Learner::RowOnly, row_only, 0.0),
-            (Learner::OwnFunction, own.predict_mean(x, new)?, 0.0),
-            (Learner::NoPrior, free.predict_mean(x, new)?, 0.0),
+            (Learner::Mgp, of_test, seconds),
+            (Learner::RowOnly, mean(row_only)?, 0.0),
+            (
+                Learner::OwnFunction,
+                self.own_function(process, samples, torques)?,
+                0.0,
+            ),
+            (Learner::NoPrior, mean(no_prior)?, 0.0),
         ])
     }
 
-    /// Predictions of the grown model whose posterior is that of the old data.
-    fn row_only(&self, joint_idx: usize, row: &TaskRow) -> Result<Vec<f64>, BenchError> {
-        let process = &self.trained.mgp.learned()[joint_idx].1;
-        let mut parts = self.trained.mgp.parts().clone();
-        parts.learned = vec![(joint_idx, process.clone())];
-        let ranges = TrainingRanges::of(self.test.x.as_ref())?;
-        let grown =
-            MultiTaskModel::new(parts)?.with_context("new", std::slice::from_ref(row), ranges)?;
-        let task = grown.contexts().len() - 1;
-        mean_of(&grown.learned()[0].1, task, self.test)
+    /// A mixture like the known ones and a function of its own, which no grown Λ can hold.
+    fn own_function(
+        &self,
+        process: &TaskProcess,
+        samples: &Samples,
+        torques: &[f64],
+    ) -> Result<Vec<f64>, BenchError> {
+        let latent = LatentFunctions::new(&process.posterior, samples.x.as_ref())?;
+        let new = NewTorques {
+            latent: &latent,
+            torques,
+        };
+        let known = process.covariance().task().rows();
+        let border = Border::WithOwnVariance;
+        let fit = fit_row_from_population(&[new], &known, border, N_NEAREST, &row_search())?;
+        let posterior = process.posterior.clone();
+        let adapted = AdaptedPosterior::from_latent(posterior, fit.row, samples.x.as_ref(), new)?;
+        Ok(adapted.predict_mean(self.test.x.as_ref(), adapted.new_context())?)
     }
 
     fn alone(&self, samples: &Samples, joint_idx: usize) -> Option<Vec<f64>> {
@@ -171,63 +192,21 @@ impl Learners<'_> {
         fitted.predict_mean(self.test.x.as_ref()).ok()
     }
 
+    /// pGP takes all loads for one, so its samples may be anyone's.
     fn pooled(&self, samples: &Samples, joint_idx: usize) -> Result<Vec<f64>, BenchError> {
-        let process = &self.trained.pgp.learned()[joint_idx].1;
-        let same = TaskRow::in_span(vec![1.0]);
+        let process = process_of(&self.trained.pgp, joint_idx);
         let torques = &samples.torques[joint_idx];
-        let posterior = process.posterior.clone();
-        let adapted = AdaptedPosterior::new(posterior, same, samples.x.as_ref(), torques)?;
-        Ok(adapted.predict_mean(self.test.x.as_ref(), adapted.new_context())?)
+        let grown = process.with_samples(0, samples.x.as_ref(), torques)?;
+        Ok(grown.predict_mean(0, self.test.x.as_ref())?)
     }
 
     fn known(&self, joint_idx: usize, context: usize) -> Result<Vec<f64>, BenchError> {
-        mean_of(&self.trained.mgp.learned()[joint_idx].1, context, self.test)
+        let process = process_of(&self.trained.mgp, joint_idx);
+        Ok(process.predict_mean(context, self.test.x.as_ref())?)
     }
 }
 
-fn mean_of(process: &TaskProcess, task: usize, test: &Test) -> Result<Vec<f64>, BenchError> {
-    let rows = process.covariance().rows_of(test.x.as_ref(), task)?;
-    Ok(process.posterior.predict_mean(rows.as_ref())?)
-}
-
-/// What the new context may be, and what is believed of its row before the torques.
-#[derive(Clone, Copy)]
-enum Way {
-    /// A mixture like the known ones, and a function of its own.
-    OwnFunction,
-    /// A mixture like the known ones.
-    InSpan,
-    /// Any mixture.
-    NoPrior,
-}
-
-/// Learns one joint's row and conditions on the torques; with the seconds that it took.
-fn adapt(
-    process: &TaskProcess,
-    samples: &Samples,
-    torques: &[f64],
-    way: Way,
-) -> Result<(AdaptedPosterior, f64), BenchError> {
-    let start = Instant::now();
-    let latent = LatentFunctions::new(&process.posterior, samples.x.as_ref())?;
-    let new = NewTorques {
-        latent: &latent,
-        torques,
-    };
-    let known = process.covariance().task().rows();
-    let options = row_search();
-    let like_known = |border| fit_row_from_population(&[new], &known, border, N_NEAREST, &options);
-    let fit = match way {
-        Way::OwnFunction => like_known(Border::WithOwnVariance)?,
-        Way::InSpan => like_known(Border::InSpan)?,
-        Way::NoPrior => fit_row(&[new], &known, Border::InSpan, N_NEAREST, &options)?,
-    };
-    let posterior = process.posterior.clone();
-    let adapted = AdaptedPosterior::from_latent(posterior, fit.row, samples.x.as_ref(), new)?;
-    Ok((adapted, start.elapsed().as_secs_f64()))
-}
-
-/// How long to search for a row.
+/// How long to search for a row with a function of its own.
 fn row_search() -> MinimizeOptions {
     MinimizeOptions {
         gradient_tolerance: 1e-3,
@@ -238,8 +217,9 @@ fn row_search() -> MinimizeOptions {
 }
 
 /// The known load of the highest density, from 0.
-fn nearest(model: &MultiTaskModel, samples: &Samples) -> Result<usize, BenchError> {
-    let models: Vec<WithTorqueNoise<'_>> = (model.learned().iter())
+fn nearest(model: &RobotModel, samples: &Samples) -> Result<usize, BenchError> {
+    let models: Vec<WithTorqueNoise<'_>> = model
+        .tasks()
         .map(|(_, process)| WithTorqueNoise {
             posterior: &process.posterior,
             noise_std: samples.noise_std,

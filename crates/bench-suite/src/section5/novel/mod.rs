@@ -20,10 +20,10 @@ use super::part::Task;
 use super::spec::Section5Experiment;
 use super::training_set::{SPLIT_SEED, TrainingSet};
 use crate::data_figures::section::Section;
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
 use crate::multi::draw::nested;
 use crate::seed::stream;
-use crate::spec::N_JOINTS;
 use crate::split::Split;
 
 /// Seed of samples and noise.

@@ -4,8 +4,8 @@ use faer::{Mat, MatRef};
 use puma_dyn::dynamics::N_PARAMETERS;
 use puma_dyn::{Context, Scenario, Workspace, regressor, rnea};
 
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::spec::N_JOINTS;
 
 /// Standard deviations of the parameters before any torque: mass kg, its moments kg m, inertias kg m².
 ///

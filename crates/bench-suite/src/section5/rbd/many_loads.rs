@@ -1,7 +1,6 @@
 //! Many loads: parameters of links and drives are shared, each load has ten of its own.
 
-use faer::Mat;
-use mtgp::TaskProcess;
+use torque_model::TorqueFunction;
 
 use super::line::Line;
 use crate::error::BenchError;
@@ -10,7 +9,7 @@ use crate::rigid_body::parameters::Knowledge;
 use crate::rigid_body::rows::Regressors;
 use crate::rigid_body::{JointModel, RigidBodyForm};
 use crate::section5::bench::Bench;
-use crate::section5::trained::Trained;
+use crate::section5::trained::{Trained, process_of};
 use crate::section5::training_set::{SPLIT_SEED, TrainingSet};
 use crate::split::{N_ROWS, Split};
 
@@ -37,9 +36,9 @@ pub fn lines(
     };
     let mut lines = Vec::new();
     for model in [&trained.mgp, &trained.igp, &trained.pgp] {
-        let process = model.learned().iter().find(|(idx, _)| idx + 1 == joint);
-        let (_, process) = process.expect("every joint is learned");
-        let scores = test.scores(|task, rows| predict_task(process, task, &bench.data.x(rows)))?;
+        let process = process_of(model, joint - 1);
+        let scores =
+            test.scores(|task, rows| Ok(process.predict_mean(task, bench.data.x(rows).as_ref())?))?;
         lines.push(line(process.name(), scores, process.noise_var().sqrt()));
     }
 
@@ -63,11 +62,6 @@ pub fn lines(
         }
     }
     Ok(lines)
-}
-
-fn predict_task(process: &TaskProcess, task: usize, x: &Mat<f64>) -> Result<Vec<f64>, BenchError> {
-    let rows = process.covariance().rows_of(x.as_ref(), task)?;
-    Ok(process.posterior.predict_mean(rows.as_ref())?)
 }
 
 /// Test sets of all loads.

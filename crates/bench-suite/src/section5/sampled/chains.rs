@@ -7,8 +7,9 @@ use gp_core::sampling::{
 use gp_core::{LikelihoodOptions, LogMarginal, Posterior, chapter_start};
 use kernels::{Covariance, TorqueForm};
 use mtgp::prior::{TaskMatrix, TaskRegression};
-use mtgp::{MultiTaskCovariance, Stacked, TaskProcess};
+use mtgp::{MultiTaskCovariance, Stacked};
 use serde::{Deserialize, Serialize};
+use torque_model::{TaskProcess, TorqueFunction};
 
 use super::{Settings, row_of};
 use crate::error::BenchError;

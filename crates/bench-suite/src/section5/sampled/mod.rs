@@ -19,7 +19,7 @@ use super::bench::Bench;
 use super::campaign::Campaign;
 use super::part::Task;
 use super::spec::Section5Experiment;
-use super::trained::Trained;
+use super::trained::{Trained, process_of};
 use super::training_set::TrainingSet;
 use crate::data_figures::section::{Section, csv};
 use crate::error::BenchError;
@@ -102,12 +102,7 @@ fn of_joint(shared: &Shared<'_>, joint: usize) -> Result<OfJoint, BenchError> {
         set,
         trained,
     } = shared;
-    let of_joint = trained
-        .mgp
-        .learned()
-        .iter()
-        .find(|(idx, _)| idx + 1 == joint);
-    let (_, point) = of_joint.expect("every joint is learned");
+    let point = process_of(&trained.mgp, joint - 1);
     let samples = set.samples(&bench.data)?;
     let targets = samples.targets(&bench.data, joint);
     let held = Held::draw(bench, set, joint, settings.n_test);

@@ -4,8 +4,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::spec::{MAX_SIZE, N_JOINTS};
+use crate::spec::MAX_SIZE;
 use crate::split::UNIQUE;
 use crate::store::{Finished, Work};
 
@@ -114,12 +115,7 @@ impl Curve {
     /// # Errors
     /// `Experiment` with the one that cannot be measured.
     pub fn require_possible(&self) -> Result<(), BenchError> {
-        let refuse = |message: String| {
-            Err(BenchError::Experiment {
-                name: "transfer".to_string(),
-                message,
-            })
-        };
+        let refuse = |message: String| Err(BenchError::experiment("transfer", message));
         let is_measurable = |&count: &usize| {
             let (n_others, n_target) = self.sizes(count);
             n_others < UNIQUE.len() && (2..=MAX_SIZE).contains(&n_target)

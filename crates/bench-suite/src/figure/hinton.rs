@@ -1,7 +1,7 @@
 //! Hinton diagrams: a matrix of numbers as squares of proportional size.
 
+use super::colour::{INK, PAPER};
 pub use super::picture::{Align, Font, Picture};
-use super::picture::{INK, PAPER};
 
 /// Side of a matrix element, in points.
 pub const PITCH: f64 = 36.0;

@@ -4,22 +4,14 @@ use kuva::backend::png::PngBackend;
 use kuva::backend::svg::SvgBackend;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
+use super::colour::{GRID, INK, QUIET};
 use crate::error::BenchError;
 
 /// Pixels a point in the PNG.
 const PNG_SCALE: f32 = 2.0;
 
 /// The letters of the pictures, inside every SVG file: no font of the system is needed.
-pub(super) const FONTS: &str = include_str!("../../fonts/dejavu.css");
-
-/// Colour of text and outlines.
-pub const INK: &str = "#1f2933";
-/// Colour of remarks.
-pub const QUIET: &str = "#66727f";
-/// Background of a plot.
-pub const PAPER: &str = "#f1f3f5";
-/// Colour of grid lines.
-pub const GRID: &str = "#d5dae0";
+pub(crate) const FONTS: &str = include_str!("../../fonts/dejavu.css");
 
 /// Size and weight of a label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,17 +35,6 @@ pub enum Align {
     Centre,
     /// At its right end.
     Right,
-}
-
-/// How a line is drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pen {
-    /// Colour, as in SVG.
-    pub colour: &'static str,
-    /// Width in points.
-    pub width: f64,
-    /// Lengths of dashes and gaps, as in SVG; solid if none.
-    pub dashes: Option<&'static str>,
 }
 
 /// A picture; coordinates in points from the top left.
@@ -156,21 +137,16 @@ impl Picture {
 
     /// Grid line.
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64)) {
-        let pen = Pen {
-            colour: GRID,
-            width: 1.0,
-            dashes: None,
-        };
-        self.stroke(vec![from, to], pen);
+        self.stroke(vec![from, to], GRID, 1.0);
     }
 
-    /// Line through points.
-    pub fn stroke(&mut self, points: Vec<(f64, f64)>, pen: Pen) {
+    /// Solid line of a width in points through points.
+    pub fn stroke(&mut self, points: Vec<(f64, f64)>, colour: &str, width: f64) {
         self.scene.add(Primitive::PolyLine {
             points,
-            stroke: pen.colour.into(),
-            stroke_width: pen.width,
-            stroke_dasharray: pen.dashes.map(String::from),
+            stroke: colour.into(),
+            stroke_width: width,
+            stroke_dasharray: None,
         });
     }
 
@@ -224,7 +200,7 @@ fn font_style() -> String {
 }
 
 /// The text of [`Picture::to_svg`] for a page that has the fonts itself.
-pub(super) fn without_fonts(svg: &str) -> String {
+pub(crate) fn without_fonts(svg: &str) -> String {
     svg.replacen(&font_style(), "", 1)
 }
 
@@ -235,18 +211,13 @@ mod tests {
     #[test]
     fn png_has_a_png_signature_and_svg_carries_lines_and_turned_text() {
         let mut picture = Picture::new(100.0, 60.0);
-        let pen = Pen {
-            colour: "#123456",
-            width: 2.0,
-            dashes: Some("4 2"),
-        };
-        picture.stroke(vec![(1.0, 2.0), (30.0, 40.0)], pen);
+        picture.stroke(vec![(1.0, 2.0), (30.0, 40.0)], "#123456", 2.0);
         picture.area(&[(1.0, 2.0), (30.0, 2.0), (30.0, 9.0)], "#123456");
         picture.vertical_text(9.0, 30.0, "nMSE", Font::Label);
         assert_eq!(picture.to_png().unwrap()[..4], [0x89, b'P', b'N', b'G']);
         let svg = picture.to_svg();
         assert!(svg.starts_with("<svg ") && svg.matches("<style>").count() == 1);
-        for part in ["viewBox=\"0 0 100 60\"", "#123456", "4 2", "rotate(-90"] {
+        for part in ["viewBox=\"0 0 100 60\"", "#123456", "rotate(-90"] {
             assert!(svg.contains(part), "{part}: {svg}");
         }
     }

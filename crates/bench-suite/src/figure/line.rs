@@ -1,15 +1,9 @@
 //! Curves through thousands of samples: thinned to what can be seen, and dashed along their whole length.
 
-use crate::report::picture::{Pen, Picture};
+use super::picture::Picture;
 
 /// Largest distance between a curve and its thinned form, in points: a fifth of a pixel of the PNG.
 const TOLERANCE: f64 = 0.1;
-
-/// Colours that differ under the common colour blindnesses and in grey.
-///
-/// # Source
-/// Okabe and Ito 2008, "Color Universal Design", four of the set of eight.
-pub const COLOURS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#000000"];
 
 /// Colour, width and dashes of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,22 +19,22 @@ pub struct Line {
 impl Line {
     /// Solid line.
     pub const fn solid(colour: &'static str, width: f64) -> Self {
+        Self::dashed(colour, width, &[])
+    }
+
+    /// Dashed line.
+    pub const fn dashed(colour: &'static str, width: f64, dashes: &'static [f64]) -> Self {
         Self {
             colour,
             width,
-            dashes: &[],
+            dashes,
         }
     }
 
     /// Draws a curve through points on the page.
     pub fn draw(&self, picture: &mut Picture, points: &[(f64, f64)]) {
-        let pen = Pen {
-            colour: self.colour,
-            width: self.width,
-            dashes: None,
-        };
         for piece in dashed(&thinned(points, TOLERANCE), self.dashes) {
-            picture.stroke(piece, pen);
+            picture.stroke(piece, self.colour, self.width);
         }
     }
 }

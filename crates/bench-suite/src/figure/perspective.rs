@@ -1,8 +1,9 @@
 //! A box of data seen in perspective: its floor and back walls with grids, ticks and labels, and curves inside.
 
-use super::curve::Line;
-use super::scale::Scale;
-use crate::report::picture::{Align, Font, GRID, INK, Pen, Picture, QUIET};
+use super::axis::Axis;
+use super::colour::{GRID, INK, QUIET};
+use super::line::Line;
+use super::picture::{Align, Font, Picture};
 
 /// Azimuth of the camera about the vertical, from the first axis, degrees.
 const AZIMUTH: f64 = -127.5;
@@ -20,7 +21,7 @@ type Corner = [f64; 3];
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
     /// The three axes; the third is vertical.
-    axes: [Scale; 3],
+    axes: [Axis; 3],
     /// Sides of the box; the longest is 1.
     sides: [f64; 3],
     /// Page position of the middle of the view, and points per unit.
@@ -30,7 +31,7 @@ pub struct View {
 
 impl View {
     /// Fits a box with the given sides into a rectangle (left, top, width, height) on the page.
-    pub fn new(axes: [Scale; 3], sides: [f64; 3], place: (f64, f64, f64, f64)) -> Self {
+    pub fn new(axes: [Axis; 3], sides: [f64; 3], place: (f64, f64, f64, f64)) -> Self {
         let (x, y, width, height) = place;
         let mut view = Self {
             axes,
@@ -74,15 +75,14 @@ impl View {
 
     /// Lower end of the vertical axis: the height of the floor.
     pub fn floor(&self) -> f64 {
-        self.axes[2].low
+        self.axes[2].low()
     }
 
     /// Draws the floor, the two back walls, the ticks and the labels.
     pub fn frame(&self, picture: &mut Picture) {
         // The camera looks from where both horizontal coordinates are low: the walls at 1 are behind the data.
         for axis in 0..3 {
-            for (value, _) in self.axes[axis].ticks() {
-                let at = self.axes[axis].fraction(value);
+            for (at, _) in self.axes[axis].ticks() {
                 for wall in (0..3).filter(|&wall| wall != axis) {
                     self.grid_line(picture, axis, wall, at);
                 }
@@ -140,17 +140,12 @@ impl View {
         };
         // The first axis has its labels to its right, the others to their left.
         let align = if axis == 0 { Align::Left } else { Align::Right };
-        for (value, text) in self.axes[axis].ticks() {
-            let edge = on_edge(self.axes[axis].fraction(value));
+        for (at, text) in self.axes[axis].ticks() {
+            let edge = on_edge(at);
             let end = (edge.0 + 5.0 * outward.0, edge.1 + 5.0 * outward.1);
-            let pen = Pen {
-                colour: INK,
-                width: 1.0,
-                dashes: None,
-            };
-            picture.stroke(vec![edge, end], pen);
+            picture.stroke(vec![edge, end], INK, 1.0);
             let (x, y) = beside(edge, OUTWARD.0);
-            picture.text(x, y, &text, Font::Label, align);
+            picture.text(x, y, text, Font::Label, align);
         }
         let name = &self.axes[axis].label;
         if axis == 2 {
@@ -183,13 +178,8 @@ impl View {
         to: Corner,
         (colour, width): (&'static str, f64),
     ) {
-        let pen = Pen {
-            colour,
-            width,
-            dashes: None,
-        };
         let ends = vec![self.corner_on_page(from), self.corner_on_page(to)];
-        picture.stroke(ends, pen);
+        picture.stroke(ends, colour, width);
     }
 
     /// Central projection of a point of the box.
@@ -222,7 +212,7 @@ mod tests {
     use super::*;
 
     fn view() -> View {
-        let axis = |name| Scale::new(name, (0.0, 1.0), 0.5);
+        let axis = |name| Axis::linear(name, (0.0, 1.0), 0.5);
         let axes = [axis("a"), axis("b"), axis("c")];
         View::new(axes, [1.0, 1.0, 0.8], (100.0, 50.0, 300.0, 300.0))
     }
