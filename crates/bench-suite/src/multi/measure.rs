@@ -130,3 +130,74 @@ fn single(unit: &Unit, bench: &Bench<'_>, training: &Training) -> Result<ModelRe
         fits,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{BTreeMap, BTreeSet};
+
+    use mtgp::Criterion;
+    use torque_model::learn::{ManyContexts, Ranks, Tasks};
+    use torque_model::{JointTorques, Provenance, RobotModel, Samples};
+
+    use super::*;
+    use crate::dataset::DataSet;
+    use crate::multi::ranks::Choices;
+    use crate::split::Split;
+
+    /// Joint 3 of three contexts with six samples each.
+    fn unit() -> Unit {
+        Unit {
+            seed: "test".to_string(),
+            split_seed: "split".to_string(),
+            repeat: 0,
+            joint: 3,
+            n_contexts: 3,
+            n_total: 18,
+            models: ["mGP-1", "mGP-2", "mGP-3"]
+                .map(|name| name.parse().expect("a model's name"))
+                .to_vec(),
+        }
+    }
+
+    /// The samples of a unit as a user would have them.
+    fn samples(unit: &Unit, training: &Training) -> Samples {
+        let numbered = |name: &str, n: usize| (1..=n).map(|i| format!("{name}{i}")).collect();
+        Samples {
+            joint_names: numbered("joint", 6),
+            contexts: numbered("c", unit.n_contexts),
+            context_of: training.stacked.tasks().to_vec(),
+            x: training.stacked.covariates().to_owned(),
+            torques: vec![JointTorques {
+                joint_idx: unit.joint - 1,
+                values: training.targets.clone(),
+            }],
+        }
+    }
+
+    #[test]
+    fn ranks_are_learned_and_chosen_as_a_user_has_them() {
+        let unit = unit();
+        let data = DataSet::simulate(&BTreeSet::from([1, 2, 3])).unwrap();
+        let splits = (1..=3).map(|load| (load, Split::draw(&unit.split_seed, load)));
+        let splits = BTreeMap::from([(unit.split_seed.as_str(), splits.collect())]);
+        let bench = Bench::new(&data, splits);
+        let record = measure(&unit, &bench).unwrap();
+        let choices = Choices::of(std::slice::from_ref(&record)).unwrap();
+        let choice = &choices.0[&(0, 18)];
+
+        let training = Training::draw(&unit, &bench).unwrap();
+        let learner = ManyContexts {
+            tasks: Tasks::Transfer(Ranks::Chosen(Criterion::Bic)),
+            options: MultiTaskOptions::several(),
+        };
+        let provenance = Provenance::new("test", b"");
+        let model = RobotModel::learn(&samples(&unit, &training), &learner, provenance).unwrap();
+        let selection = model.parts().selection.as_ref().unwrap();
+        assert_eq!(selection.values, choice.bic);
+        let (_, process) = model.tasks().next().unwrap();
+        assert_eq!(process.name(), format!("mGP-{}", choice.rank));
+        let kept = choices.chosen(&record).unwrap();
+        let found = process.summary.log_marginal;
+        assert_eq!(found.to_bits(), kept.log_marginal_likelihood.to_bits());
+    }
+}

@@ -211,3 +211,53 @@ fn summary_of<C: Covariance>(fit: &Fit<C>, name: &str, n_samples: usize) -> FitS
         }],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use torque_model::{JointTorques, Provenance, RobotModel, Samples};
+
+    use super::*;
+    use crate::dataset::{DataSet, N_JOINTS};
+
+    #[test]
+    fn one_load_is_learned_as_a_user_has_it() {
+        let (load, joint) = (7, 3);
+        let data = DataSet::simulate(&BTreeSet::from([load])).unwrap();
+        let rows: Vec<usize> = (0..24).map(|i| 2_600 * i).collect();
+        let (x, values) = (data.x(&rows), data.torques(load, joint, &rows));
+        let states = States::of(joint, x.as_ref());
+        for form in RigidBodyForm::ALL {
+            let model = JointModel::of_one_load(joint, Knowledge::Nominal);
+            let fit = model.fit(form, &states, &values, &[]).unwrap();
+
+            let options = FitOptions {
+                starts: Starts::Chapter,
+                ..FitOptions::several()
+            };
+            let learner = parameters::learner(Knowledge::Nominal, form, options);
+            let names = (1..=N_JOINTS).map(|i| format!("joint{i}")).collect();
+            let torques = vec![JointTorques {
+                joint_idx: joint - 1,
+                values: values.clone(),
+            }];
+            let samples = Samples::of_one_context(names, x.clone(), torques).unwrap();
+            let provenance = Provenance::new("test", b"");
+            let model = RobotModel::learn(&samples, &learner, provenance).unwrap();
+
+            let (_, joint_model) = &model.learned()[0];
+            let (found, expected) = (joint_model.summary().unwrap(), fit.summary());
+            assert_eq!(
+                found.log_marginal.to_bits(),
+                expected.log_marginal_likelihood.to_bits()
+            );
+            let of_model = model.predict_joint(0, 0, x.as_ref()).unwrap().mean;
+            let of_fit = fit.predict_mean(&states).unwrap();
+            // Torques of up to 100 N·m, of which the experiment adds rigid body and process by themselves.
+            for (found, expected) in of_model.iter().zip(of_fit) {
+                assert!((found - expected).abs() < 1e-7, "{found} {expected}");
+            }
+        }
+    }
+}

@@ -232,3 +232,70 @@ fn nearest(model: &RobotModel, samples: &Samples) -> Result<usize, BenchError> {
     let prior = ContextPrior::uniform(model.contexts().len())?;
     Ok(evidence.posterior(&prior)?.most_probable())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use torque_model::{JointTorques as Torques, Provenance, adapt};
+
+    use super::*;
+    use crate::dataset::{DataSet, N_JOINTS};
+    use crate::run::Reuse;
+    use crate::section5::trained::Shelf;
+    use crate::section5::training_set::TrainingSet;
+    use crate::shard::Shard;
+
+    #[test]
+    fn a_load_is_adapted_to_as_a_user_does() {
+        let (load, joint_idx) = (15, 2);
+        let data = DataSet::simulate(&BTreeSet::from([1, 2, 3, 4, load])).unwrap();
+        let set = TrainingSet {
+            n_contexts: 4,
+            n_total: 24,
+            held_out: Vec::new(),
+        };
+        let dir = tempfile::tempdir().unwrap();
+        let shelf = Shelf::new(dir.path().into(), Reuse::Scratch, Shard::WHOLE);
+        let trained = shelf.trained(&set, &data).unwrap();
+        let of = |rows: Vec<usize>| {
+            let torques = (1..=N_JOINTS).map(|joint| data.torques(load, joint, &rows));
+            (data.x(&rows), torques.collect::<Vec<_>>())
+        };
+        let (x, torques) = of((0..12).map(|i| 5_000 * i).collect());
+        let (test_x, test_torques) = of((0..8).map(|i| 7_777 * i).collect());
+        let samples = Samples {
+            x: x.clone(),
+            torques: torques.clone(),
+            noise_std: 0.0,
+        };
+        let test = Test {
+            x: test_x,
+            torques: test_torques,
+        };
+        let learners = Learners {
+            trained: &trained,
+            physics: &LoadRegression::new(test.x.as_ref()),
+            test: &test,
+        };
+        let [(_, mean, _), (_, of_row, _), ..] = learners.adapted(&samples, joint_idx).unwrap();
+
+        let of_joint = |(joint_idx, values)| Torques { joint_idx, values };
+        let of_user = torque_model::Samples::of_one_context(
+            trained.mgp.joint_names().to_vec(),
+            x,
+            torques.into_iter().enumerate().map(of_joint).collect(),
+        )
+        .unwrap();
+        for (is_row_only, expected) in [(false, mean), (true, of_row)] {
+            let how = Adapt {
+                is_row_only,
+                ..Adapt::default()
+            };
+            let provenance = Provenance::new("test", b"");
+            let grown = adapt(&trained.mgp, "c15", &of_user, how, provenance).unwrap();
+            let found = grown.predict_joint(joint_idx, 4, test.x.as_ref()).unwrap();
+            assert_eq!(found.mean, expected);
+        }
+    }
+}
