@@ -10,12 +10,12 @@ use puma_dyn::Model;
 use crate::error::{TorqueError, consistent};
 use crate::file::{ModelFileError, ModelFileKind, read_model, write_model};
 use crate::joint_model::JointModel;
-use crate::learn::RankSelection;
+use crate::parts::{ModelParts, inconsistency, kind_of, known_robot};
+use crate::prediction::JointPrediction;
 use crate::predictor::Predictor;
 use crate::process::TaskProcess;
 use crate::provenance::Provenance;
 use crate::ranges::TrainingRanges;
-use crate::robot_source::RobotSource;
 use crate::rows::require_states;
 
 /// Samples up to which a step of a tracker is fast enough without pivots.
@@ -52,40 +52,6 @@ pub struct RobotModel {
     /// What `parts.robot` describes.
     robot: Option<Arc<Model>>,
     predictor: OnceLock<Predictor>,
-}
-
-/// What a model consists of.
-#[derive(Debug, Clone)]
-pub struct ModelParts {
-    /// Names of all joints of the robot, in the order of the covariates.
-    pub joint_names: Vec<String>,
-    /// Names of the contexts, in the order of their numbers; none for a model of one.
-    pub contexts: Vec<String>,
-    /// The joints' models, each with the index of its joint, in ascending order.
-    pub learned: Vec<(usize, JointModel)>,
-    /// The range of every covariate in the training data of all contexts.
-    pub ranges: TrainingRanges,
-    /// The same of each context.
-    pub context_ranges: Vec<TrainingRanges>,
-    /// How the rank of K^ρ was chosen, if it was.
-    pub selection: Option<RankSelection>,
-    /// The robot whose parameters are known, if any.
-    pub robot: Option<RobotSource>,
-    /// Where the model comes from.
-    pub provenance: Provenance,
-}
-
-/// Means and variances of one joint's torque at a set of states.
-#[derive(Debug, Clone, PartialEq)]
-pub struct JointPrediction {
-    /// Index of the joint among all joints of the robot.
-    pub joint_idx: usize,
-    /// Posterior means, N·m.
-    pub mean: Vec<f64>,
-    /// Variances of the latent (noise-free) torque, N²·m².
-    pub var: Vec<f64>,
-    /// Variance of the noise: add it to `var` for that of an observation, N²·m².
-    pub noise_var: f64,
 }
 
 impl RobotModel {
@@ -181,11 +147,6 @@ impl RobotModel {
         &self.parts.provenance
     }
 
-    /// The robot whose parameters are known, if any.
-    pub(crate) fn robot(&self) -> Option<&Arc<Model>> {
-        self.robot.as_ref()
-    }
-
     /// Means and latent variances of every learned joint at states in a context, by its number.
     ///
     /// The numbers of [`RobotModel::predictor`], state by state.
@@ -240,7 +201,7 @@ impl RobotModel {
     }
 
     fn in_the_loop(&self) -> &Predictor {
-        self.predictor.get_or_init(|| Predictor::new(self))
+        (self.predictor).get_or_init(|| Predictor::new(&self.parts, self.robot.clone()))
     }
 
     /// The model for a loop of 1 kHz: what is dense on many samples goes on a few pivots.
@@ -274,130 +235,5 @@ impl RobotModel {
     /// [`ModelFileError`]: anything but a whole, unaltered file of a version known here.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ModelFileError> {
         Self::new(read_model(bytes)?).map_err(ModelFileError::of)
-    }
-}
-
-/// The robot that the models of joints already have.
-fn known_robot(parts: &ModelParts) -> Option<Arc<Model>> {
-    parts.learned.iter().find_map(|(_, model)| match model {
-        JointModel::RigidBody(process) => Some(Arc::clone(&process.rows.robot)),
-        JointModel::RigidBodyAndProcess(process) => Some(Arc::clone(&process.rows.robot)),
-        _ => None,
-    })
-}
-
-/// The kind of file for a model's parts, by its first joint.
-pub(crate) fn kind_of(parts: &ModelParts) -> ModelFileKind {
-    parts
-        .learned
-        .first()
-        .map_or(ModelFileKind::OneContext, |m| kind_of_joint(&m.1))
-}
-
-fn kind_of_joint(model: &JointModel) -> ModelFileKind {
-    match model {
-        JointModel::Linear(_) | JointModel::Process(_) => ModelFileKind::OneContext,
-        JointModel::Tasks(_) => ModelFileKind::ManyContexts,
-        JointModel::RigidBody(_) | JointModel::RigidBodyAndProcess(_) => ModelFileKind::RigidBody,
-    }
-}
-
-/// What does not fit together, if anything.
-fn inconsistency(parts: &ModelParts) -> Option<String> {
-    let (n_joints, n_contexts) = (parts.joint_names.len(), parts.contexts.len());
-    let n_learned = parts.learned.len();
-    let kind = kind_of(parts);
-    if kind == ModelFileKind::ManyContexts && (n_joints == 0 || n_contexts == 0) {
-        return Some(format!(
-            "{n_joints} joints, {n_contexts} contexts, {n_learned} models"
-        ));
-    }
-    if n_joints == 0 || n_learned == 0 {
-        return Some(format!("{n_joints} joints, {n_learned} models"));
-    }
-    if let Some(name) = repeated(&parts.joint_names) {
-        return Some(format!("two joints are named {name}"));
-    }
-    if let Some(name) = repeated(&parts.contexts) {
-        return Some(format!("two contexts are named {name}"));
-    }
-    if parts.learned.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
-        return Some("joint indices do not ascend".to_owned());
-    }
-    if let Some((idx, _)) = parts.learned.iter().find(|(idx, _)| *idx >= n_joints) {
-        return Some(format!("a model for joint {idx} of {n_joints}"));
-    }
-    let is_other = |m: &JointModel| kind_of_joint(m) != kind;
-    if let Some((idx, other)) = parts.learned.iter().find(|(_, m)| is_other(m)) {
-        return Some(format!(
-            "joint {idx}'s model is {}, unlike the first",
-            other.name()
-        ));
-    }
-    if (kind == ModelFileKind::RigidBody) != parts.robot.is_some() {
-        return Some("a robot goes with models that know its parameters".to_owned());
-    }
-    other_joints(parts).or_else(|| other_ranges(parts))
-}
-
-/// A joint's model that is for another robot or other contexts.
-fn other_joints(parts: &ModelParts) -> Option<String> {
-    let (n_joints, n_contexts) = (parts.joint_names.len(), parts.contexts.len());
-    let expected = n_contexts.max(1);
-    let is_other = |model: &JointModel| {
-        let function = model.function();
-        function.n_joints() != n_joints || function.n_contexts() != expected
-    };
-    let (idx, model) = parts.learned.iter().find(|(_, model)| is_other(model))?;
-    let function = model.function();
-    let found = function.n_joints();
-    Some(if n_contexts == 0 {
-        format!("joint {idx}'s model is for {found} joints, not {n_joints}")
-    } else {
-        format!(
-            "joint {idx}'s model is for {found} joints and {} contexts, not {n_joints} and {n_contexts}",
-            function.n_contexts()
-        )
-    })
-}
-
-/// Ranges of another robot or other contexts.
-fn other_ranges(parts: &ModelParts) -> Option<String> {
-    let (n_joints, n_contexts) = (parts.joint_names.len(), parts.contexts.len());
-    if parts.context_ranges.len() != n_contexts {
-        let found = parts.context_ranges.len();
-        return Some(format!("ranges of {found} contexts, not {n_contexts}"));
-    }
-    let mut all_ranges = parts.context_ranges.iter().chain([&parts.ranges]);
-    let other = all_ranges.find(|ranges| ranges.n_covariates() != 3 * n_joints);
-    other.map(|ranges| format!("{} ranges for {n_joints} joints", ranges.n_covariates()))
-}
-
-fn repeated(names: &[String]) -> Option<&String> {
-    let mut numbered = names.iter().enumerate();
-    numbered
-        .find(|(idx, name)| names[..*idx].contains(name))
-        .map(|(_, name)| name)
-}
-
-/// Predictions of no row yet.
-pub(crate) fn empty_predictions(
-    joint_indices: &[usize],
-    noise_vars: &[f64],
-    n: usize,
-) -> Vec<JointPrediction> {
-    let of_joint = |(joint_idx, noise_var): (&usize, &f64)| JointPrediction {
-        joint_idx: *joint_idx,
-        mean: vec![0.0; n],
-        var: vec![0.0; n],
-        noise_var: *noise_var,
-    };
-    joint_indices.iter().zip(noise_vars).map(of_joint).collect()
-}
-
-/// A row of a matrix as a slice of its own.
-pub(crate) fn copy_row(x: MatRef<'_, f64>, row: usize, into: &mut [f64]) {
-    for (entry, value) in into.iter_mut().zip(x.row(row).iter()) {
-        *entry = *value;
     }
 }

@@ -8,6 +8,7 @@ mod differences;
 mod kept;
 mod models;
 mod old;
+mod request;
 mod witnesses;
 
 use std::collections::BTreeSet;
@@ -15,32 +16,13 @@ use std::path::{Path, PathBuf};
 
 use self::models::OldModels;
 use self::old::Olds;
+use self::request::Found;
+pub use self::request::Request;
 use self::witnesses::Scratch;
-use crate::cell::Cell;
 use crate::error::BenchError;
-use crate::multi::shared::SharedUnit;
-use crate::multi::unit::Unit;
-use crate::section5::part::Part;
-use crate::section5::spec::Section5Experiment;
-use crate::section5::transfer::Curve;
 
 /// Directories of results inside one output directory.
 const KINDS: [&str; 4] = ["cells", "units", "section5", "models"];
-
-/// What to adopt, and where to.
-#[derive(Debug, Clone)]
-pub struct Request {
-    /// An output directory of an earlier revision, or one of the directories of results in it.
-    pub from: PathBuf,
-    /// Directory of finished cells and reports; may be the same.
-    pub output: PathBuf,
-    /// Results of each kind of work, model and size that are computed again.
-    pub n_witnesses: usize,
-    /// Threads, 0 for one a core.
-    pub n_threads: usize,
-    /// Experiments of section 5 that results may be of.
-    pub experiments: Vec<Section5Experiment>,
-}
 
 /// What came of it.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
@@ -55,17 +37,6 @@ pub struct Adoption {
     pub differences: Vec<String>,
     /// Files that were left, with the reason.
     pub unread: Vec<String>,
-}
-
-/// Everything that was found, by kind of work.
-struct Found {
-    cells: Olds<Cell>,
-    units: Olds<Unit>,
-    shared: Olds<SharedUnit>,
-    curves: Olds<Curve>,
-    parts: Olds<Part>,
-    models: OldModels,
-    unread: Vec<String>,
 }
 
 /// Adopts the results of an earlier revision, all of them or none.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use tempfile::TempDir;
 
-use super::{Found, Request};
+use super::request::{Found, Request};
 use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::multi;

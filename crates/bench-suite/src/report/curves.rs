@@ -8,7 +8,6 @@ use crate::multi::model::MultiModel;
 use crate::multi::ranks::Choices;
 use crate::multi::shared::SharedRecord;
 use crate::multi::unit::{ModelRecord, UnitRecord};
-use crate::rigid_body::RigidBodyForm;
 
 /// A line of the figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -57,8 +56,8 @@ impl Series {
             Self::Pooled => "pGP",
             Self::TransferBic => "mGP-BIC",
             Self::SharedBic => "mGP-one-K",
-            Self::RigidBody => RigidBodyForm::Alone.name(),
-            Self::RigidBodyAndProcess => RigidBodyForm::WithProcess.name(),
+            Self::RigidBody => "rbd",
+            Self::RigidBodyAndProcess => "rbd+gp",
         }
     }
 

@@ -26,6 +26,9 @@ pub fn side_by_side(findings: &[Finding]) -> TextTable {
     under(["the chapter", "here"], findings)
 }
 
+/// Headings with the sentences below them.
+pub type Findings = Vec<(String, Vec<String>)>;
+
 /// Findings as a table of two columns with these names.
 pub fn under(header: [&str; 2], findings: &[Finding]) -> TextTable {
     let rows = findings.iter();

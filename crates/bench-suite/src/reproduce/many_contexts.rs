@@ -1,6 +1,5 @@
 //! The report's part on section 4.6: figures 10 and 11, ranks and starts, and who is best where.
 
-use super::Findings;
 use super::files::Files;
 use crate::cell::TestSet;
 use crate::error::BenchError;
@@ -10,6 +9,7 @@ use crate::multi::spec::{MultiExperiment, MultiScope};
 use crate::multi::unit::Unit;
 use crate::report::curves::Curves;
 use crate::report::fig10::{self, Scale};
+use crate::report::finding::Findings;
 use crate::report::page::Page;
 use crate::report::published_fig10::Published;
 use crate::report::text_table::TextTable;

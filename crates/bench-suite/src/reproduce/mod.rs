@@ -4,6 +4,7 @@ mod files;
 mod many_contexts;
 mod one_context;
 mod origin;
+mod request;
 mod share;
 mod tallies;
 mod unfinished;
@@ -13,6 +14,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 pub use many_contexts::ManyContexts;
+pub use request::Request;
 pub use share::{Share, compute};
 
 use self::files::Files;
@@ -26,51 +28,23 @@ use crate::error::BenchError;
 use crate::manifest::Manifest;
 use crate::multi;
 use crate::multi::shared::SharedUnit;
-use crate::multi::spec::{MultiExperiment, MultiScope, MultiSelection};
+use crate::multi::spec::{MultiExperiment, MultiScope};
 use crate::multi::unit::Unit;
 use crate::report::averages::{self, Averages};
+use crate::report::finding::Findings;
 use crate::report::page::Page;
 use crate::report::text_table::TextTable;
 use crate::report::{differences, html, markdown};
-use crate::run::{Reuse, RunOutcome, run};
+use crate::run::{RunOutcome, run};
 use crate::section5;
 use crate::section5::campaign::Campaign;
 use crate::section5::spec::Section5Experiment;
-use crate::shard::Shard;
-use crate::spec::{Experiment, Profile, Scope, Selection};
+use crate::spec::{Experiment, Scope};
 use crate::store::{self, Store};
 use crate::tally::Tally;
 
 /// What the chapter leaves open and what was chosen: a part of every report.
 const DEVIATIONS: &str = include_str!("../../../../docs/DEVIATIONS.md");
-
-/// What to reproduce, and where to.
-#[derive(Debug, Clone)]
-pub struct Request {
-    /// Amount of work.
-    pub profile: Profile,
-    /// Names of experiments; all if empty.
-    pub only: Vec<String>,
-    /// Directory of finished cells and reports.
-    pub output: PathBuf,
-    /// Loads, joints and sizes instead of the profile's.
-    pub selection: Selection,
-    /// Joints, sizes and repeats of the experiments with many contexts.
-    pub multi_selection: MultiSelection,
-    /// Part of the work that this run computes.
-    pub shard: Shard,
-    /// Threads, 0 for one a core.
-    pub n_threads: usize,
-    /// What may be taken from earlier runs.
-    pub reuse: Reuse,
-    /// Other draws than the experiments' own.
-    pub seed: Option<String>,
-    /// Command as a reader would type it.
-    pub command: String,
-}
-
-/// Headings with the sentences below them.
-pub type Findings = Vec<(String, Vec<String>)>;
 
 /// What came out.
 #[derive(Debug)]

@@ -1,9 +1,9 @@
 //! The report's part on section 3.4: table 3, figures 7 and 8, and what the chapter says of them.
 
-use super::Findings;
 use super::files::Files;
 use crate::error::BenchError;
 use crate::report::averages::{self, Averages};
+use crate::report::finding::Findings;
 use crate::report::page::Page;
 use crate::report::text_table::TextTable;
 use crate::report::{durations, fig07, fig08, findings, help, records_csv, searches, table3};

@@ -1,7 +1,8 @@
 //! The work of one shard, kept in the directory of results for whoever makes the report.
 
+use super::request::Request;
 use super::tallies::Tallies;
-use super::{Request, run_many, run_one, run_section5, scoped_many, scoped_one};
+use super::{run_many, run_one, run_section5, scoped_many, scoped_one};
 use crate::catalogue::Catalogue;
 use crate::error::BenchError;
 use crate::tally::Tally;

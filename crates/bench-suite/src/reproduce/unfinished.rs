@@ -1,6 +1,6 @@
 //! What is not computed: said in the report, and refused where nothing else would be in it.
 
-use super::Request;
+use super::request::Request;
 use super::tallies::Tallies;
 use crate::error::BenchError;
 use crate::report::page::Page;

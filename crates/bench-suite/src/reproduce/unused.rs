@@ -1,6 +1,6 @@
 //! Flags that would change nothing of what was asked for are refused: their author expects something else.
 
-use super::Request;
+use super::request::Request;
 use crate::catalogue::Catalogue;
 use crate::error::BenchError;
 

@@ -16,9 +16,8 @@ use crate::file::matrix_record::{TriangleRecord, malformed, require, require_val
 use crate::file::origin_record::{ProvenanceRecord, RangesRecord};
 use crate::file::process_record::{ParamsRecord, PosteriorRecord, SummaryRecord};
 use crate::joint_model::JointModel;
-use crate::learn::RankSelection;
+use crate::parts::{ModelParts, RankSelection, kind_of};
 use crate::process::{Process, TaskProcess};
-use crate::robot_model::{ModelParts, kind_of};
 use crate::robot_source::RobotSource;
 use crate::rows::{RegressorRows, Rows, States, n_parameters};
 

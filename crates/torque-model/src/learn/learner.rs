@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use crate::error::TorqueError;
 use crate::joint_model::JointModel;
-use crate::learn::many_contexts::TaskCandidate;
+use crate::learn::candidate::Candidate;
+use crate::parts::{ModelParts, RankSelection};
 use crate::provenance::Provenance;
-use crate::robot_model::{ModelParts, RobotModel};
+use crate::robot_model::RobotModel;
 use crate::robot_source::Robot;
 use crate::samples::{JointTorques, Samples};
 
@@ -59,30 +60,6 @@ pub trait Learn: Sync {
         joint: &JointTorques,
         candidate: Candidate,
     ) -> Result<JointModel, TorqueError>;
-}
-
-/// One joint at one setting.
-#[derive(Debug, Clone)]
-pub enum Candidate {
-    /// A model as it is.
-    Model(Box<JointModel>),
-    /// Hyperparameters, without what depends on the data.
-    Tasks(Box<TaskCandidate>),
-}
-
-impl From<JointModel> for Candidate {
-    fn from(model: JointModel) -> Self {
-        Self::Model(Box::new(model))
-    }
-}
-
-/// How the rank of the task matrices was chosen.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RankSelection {
-    /// Name of the criterion.
-    pub criterion: String,
-    /// Every rank tried with its value: the least is best.
-    pub values: Vec<(usize, f64)>,
 }
 
 /// What learning says of itself while it goes on, from any thread.

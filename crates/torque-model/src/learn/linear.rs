@@ -4,7 +4,8 @@ use gp_core::fit::{BayesLinear, LinearForm};
 
 use crate::error::TorqueError;
 use crate::joint_model::JointModel;
-use crate::learn::learner::{Candidate, Learn};
+use crate::learn::candidate::Candidate;
+use crate::learn::learner::Learn;
 use crate::learn::process::only_model;
 use crate::samples::{JointTorques, Samples};
 

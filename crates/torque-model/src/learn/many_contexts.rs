@@ -1,18 +1,19 @@
 //! mGP, iGP and pGP: processes of several contexts together, eqs. (13)–(16), (19) and A.3.
 
 use gp_core::Posterior;
-use gp_core::search::FitReport;
 use kernels::Covariance;
 use mtgp::fit::{
     Criterion, MultiTaskOptions, RankCandidate, RankCounts, StageOne, choose_rank, fit_independent,
     fit_pooled, fit_ranks_telling,
 };
-use mtgp::{MtgpError, MultiTaskCovariance, Stacked, TaskFit};
+use mtgp::{MtgpError, Stacked, TaskFit};
 
 use crate::error::TorqueError;
 use crate::fit_summary::FitSummary;
 use crate::joint_model::JointModel;
-use crate::learn::learner::{Candidate, Learn, RankSelection};
+use crate::learn::candidate::{Candidate, TaskCandidate};
+use crate::learn::learner::Learn;
+use crate::parts::RankSelection;
 use crate::process::TaskProcess;
 use crate::samples::{JointTorques, Samples};
 
@@ -49,26 +50,6 @@ pub struct ManyContexts {
     pub tasks: Tasks,
     /// How the hyperparameters are searched for.
     pub options: MultiTaskOptions,
-}
-
-/// One joint at one rank: its hyperparameters and how they were found.
-///
-/// Fits of all ranks of all joints would hold as many factors; the one that is kept is conditioned again.
-#[derive(Debug, Clone)]
-pub struct TaskCandidate {
-    covariance: MultiTaskCovariance,
-    noise_std: f64,
-    report: FitReport,
-}
-
-impl From<TaskFit> for Candidate {
-    fn from(fit: TaskFit) -> Self {
-        Self::Tasks(Box::new(TaskCandidate {
-            covariance: fit.covariance().clone(),
-            noise_std: fit.noise_std(),
-            report: fit.report,
-        }))
-    }
 }
 
 /// Ranks that a criterion chooses from, ascending: all for up to five contexts, then those of the chapter.

@@ -1,15 +1,15 @@
 //! Ways to learn the torques of a robot's joints: one list for the command, the experiments and other programs.
 
+mod candidate;
 mod learner;
 mod linear;
 mod many_contexts;
 mod process;
 mod rigid_body;
 
-pub use learner::{
-    Candidate, Learn, Learned, LearnedJoint, RankSelection, Silent, Watch, learn_joints,
-};
+pub use candidate::{Candidate, TaskCandidate};
+pub use learner::{Learn, Learned, LearnedJoint, Silent, Watch, learn_joints};
 pub use linear::Linear;
-pub use many_contexts::{ManyContexts, Ranks, TaskCandidate, Tasks, candidate_ranks};
+pub use many_contexts::{ManyContexts, Ranks, Tasks, candidate_ranks};
 pub use process::SingleProcess;
 pub use rigid_body::{InformedJoint, RigidBody, RigidBodyForm};

@@ -5,7 +5,8 @@ use kernels::TorqueForm;
 
 use crate::error::TorqueError;
 use crate::joint_model::JointModel;
-use crate::learn::learner::{Candidate, Learn};
+use crate::learn::candidate::Candidate;
+use crate::learn::learner::Learn;
 use crate::samples::{JointTorques, Samples};
 
 /// A process with the covariance of eq. (7).

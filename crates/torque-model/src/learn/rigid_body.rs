@@ -16,7 +16,8 @@ use puma_dyn::{Context, Effects, Friction};
 
 use crate::error::{TorqueError, consistent};
 use crate::joint_model::JointModel;
-use crate::learn::learner::{Candidate, Learn};
+use crate::learn::candidate::Candidate;
+use crate::learn::learner::Learn;
 use crate::learn::process::only_model;
 use crate::robot_source::Robot;
 use crate::rows::{RegressorRows, regressor_of};

@@ -22,11 +22,12 @@ use rayon::prelude::*;
 
 use crate::error::TorqueError;
 use crate::joint_model::JointModel;
+use crate::parts::ModelParts;
+use crate::prediction::{JointPrediction, copy_row, empty_predictions};
 use crate::predictor::linear::LinearPredictor;
 use crate::predictor::process::ProcessPredictor;
 use crate::predictor::regressor::RegressorPredictor;
 use crate::ranges::TrainingRanges;
-use crate::robot_model::{JointPrediction, RobotModel, copy_row, empty_predictions};
 use crate::rows::n_parameters;
 
 /// States that one thread predicts before it takes others.
@@ -124,20 +125,20 @@ impl JointPredictor {
 }
 
 impl Predictor {
-    pub(crate) fn new(model: &RobotModel) -> Self {
-        let learned = model.learned().iter();
+    /// Of a model's parts, with the robot that they describe, if any.
+    pub(crate) fn new(parts: &ModelParts, robot: Option<Arc<Model>>) -> Self {
+        let learned = parts.learned.iter();
         Self {
-            n_joints: model.n_joints(),
-            joints: learned
-                .clone()
+            n_joints: parts.joint_names.len(),
+            joints: (learned.clone())
                 .map(|(_, m)| JointPredictor::new(m))
                 .collect(),
             joint_indices: learned.clone().map(|(idx, _)| *idx).collect(),
             noise_vars: learned.map(|(_, m)| m.noise_var()).collect(),
-            contexts: model.contexts().to_vec(),
-            ranges: model.ranges().clone(),
-            context_ranges: model.context_ranges().to_vec(),
-            robot: model.robot().cloned(),
+            contexts: parts.contexts.clone(),
+            ranges: parts.ranges.clone(),
+            context_ranges: parts.context_ranges.clone(),
+            robot,
         }
     }
 

@@ -9,8 +9,8 @@ use mtgp::novel::{AdaptedPosterior, Border, NewTorques, fit_row_from_population}
 use serde::{Deserialize, Serialize};
 use torque_model::{Adapt, RobotModel, TaskProcess, TorqueFunction, adapt_joint};
 
+use super::case::{Case, Samples, Test};
 use super::physics::LoadRegression;
-use super::{Case, Samples, Test};
 use crate::cell::ModelKind;
 use crate::error::BenchError;
 use crate::metrics::nmse;

@@ -3,14 +3,14 @@
 //! # Source
 //! Section 5, novel contexts.
 
+mod case;
 mod learners;
 mod physics;
 mod picture;
 mod table;
 
-use faer::Mat;
-use serde::Deserialize;
 
+use self::case::{Case, Samples, Settings, Test};
 use self::learners::{Learner, Learners, Score};
 use self::physics::LoadRegression;
 use super::bench::Bench;
@@ -28,44 +28,6 @@ use crate::split::Split;
 
 /// Seed of samples and noise.
 const SEED: &str = "novel-load";
-
-/// Settings of a profile.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Settings {
-    n_total: usize,
-    load: usize,
-    counts: Vec<usize>,
-    draws: usize,
-    torque_noise: Vec<f64>,
-    test_stride: usize,
-}
-
-/// One number of samples of one draw with one noise.
-#[derive(Debug, Clone, Copy)]
-struct Case {
-    draw: usize,
-    noise_idx: usize,
-    count: usize,
-}
-
-/// Samples of the new load.
-pub struct Samples {
-    /// (k, 18).
-    pub x: Mat<f64>,
-    /// Torques of each joint, (6, k), N·m.
-    pub torques: Vec<Vec<f64>>,
-    /// Standard deviation of their noise, N·m.
-    pub noise_std: f64,
-}
-
-/// What is predicted.
-pub struct Test {
-    /// (p, 18).
-    pub x: Mat<f64>,
-    /// Torques of each joint, (6, p), N·m.
-    pub torques: Vec<Vec<f64>>,
-}
 
 /// Makes the tables, the picture and the findings; `None` as long as a score is missing.
 ///

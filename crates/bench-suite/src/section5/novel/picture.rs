@@ -1,6 +1,6 @@
 //! nMSE of the new load against the number of its samples, both logarithmic.
 
-use super::Settings;
+use super::case::Settings;
 use super::learners::{Learner, Score};
 use super::table::JOINTS;
 use crate::figure::axis::Axis;

@@ -1,6 +1,6 @@
 //! The numbers: a table of means, every score, and what was asked for.
 
-use super::Settings;
+use super::case::Settings;
 use super::learners::{Learner, Score};
 use crate::data_figures::section::{Section, csv};
 use crate::report::text_table::{TextTable, score};

@@ -1,5 +1,6 @@
 //! Chains of hyperparameters of a multi-task process.
 
+use faer::Mat;
 use gp_core::sampling::{
     Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, LogDensity,
     sample_chains,
@@ -11,7 +12,7 @@ use mtgp::{MultiTaskCovariance, Stacked};
 use serde::{Deserialize, Serialize};
 use torque_model::{TaskProcess, TorqueFunction};
 
-use super::{Settings, row_of};
+use super::settings::Settings;
 use crate::error::BenchError;
 
 /// The prior with K^ρ in the coordinates that chains move in.
@@ -223,4 +224,9 @@ impl Drawn {
         }
         Ok(posteriors)
     }
+}
+
+/// A row of a matrix.
+pub(super) fn row_of(matrix: &Mat<f64>, row: usize) -> Vec<f64> {
+    matrix.row(row).iter().copied().collect()
 }

@@ -5,16 +5,17 @@
 
 mod chains;
 mod scores;
+mod settings;
 
 use std::sync::Arc;
 use std::time::Instant;
 
-use faer::Mat;
 use gp_core::Posterior;
 use serde::{Deserialize, Serialize};
 
 use self::chains::{Agreement, Diagnostics, Regressions, draw};
 use self::scores::{Held, Scores};
+use self::settings::Settings;
 use super::bench::Bench;
 use super::campaign::Campaign;
 use super::part::Task;
@@ -24,21 +25,6 @@ use super::training_set::TrainingSet;
 use crate::data_figures::section::{Section, csv};
 use crate::error::BenchError;
 use crate::report::text_table::TextTable;
-
-/// Settings of a profile.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Settings {
-    n_total: usize,
-    joints: Vec<usize>,
-    n_chains: u64,
-    n_warmup: usize,
-    n_draws: usize,
-    max_depth: u32,
-    target_acceptance: f64,
-    n_mixture: usize,
-    n_test: usize,
-}
 
 /// One joint under one way of predicting.
 #[derive(Serialize, Deserialize)]
@@ -242,9 +228,4 @@ fn add_findings(section: &mut Section, results: &[OfJoint]) {
             evaluations / results.len().max(1)
         ),
     );
-}
-
-/// Rows of a matrix as vectors.
-fn row_of(matrix: &Mat<f64>, row: usize) -> Vec<f64> {
-    matrix.row(row).iter().copied().collect()
 }

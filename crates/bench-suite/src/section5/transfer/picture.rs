@@ -1,7 +1,7 @@
 //! nMSE against the number of other loads and of own samples, a column a joint.
 
-use super::Settings;
 use super::curve::{Axis, CurveRecord, Learner};
+use super::settings::Settings;
 use super::table::Means;
 use crate::figure::axis;
 use crate::figure::palette::line_of;

@@ -1,7 +1,7 @@
 //! The numbers: a table of means, every score, and what was asked for.
 
-use super::Settings;
 use super::curve::{Axis, CurveRecord, Learner};
+use super::settings::Settings;
 use crate::data_figures::section::{Section, csv};
 use crate::report::text_table::{TextTable, ratio, score};
 
