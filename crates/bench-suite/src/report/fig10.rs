@@ -21,7 +21,7 @@ const STEP: (f64, f64) = (220.0, 240.0);
 /// Room below the last panel for the axis label, the legend and a remark.
 const BOTTOM: f64 = 128.0;
 /// Width that the title and the legend need at least.
-const MIN_WIDTH: f64 = 1150.0;
+const MIN_WIDTH: f64 = 800.0;
 /// Room between the outermost sizes and the frame.
 const INSET: f64 = 12.0;
 /// Width of a column for a size beyond the chapter's.
