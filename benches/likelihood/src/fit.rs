@@ -5,9 +5,10 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 use gp_core::optimize::{MinimizeOptions, Objective, minimize};
-use gp_core::{
-    FitOptions, LikelihoodOptions, LogMarginal, Origin, chapter_start, evidence, varied_start,
-};
+use gp_core::{FitOptions, LikelihoodOptions, LogMarginal};
+use gp_core::evidence::evidence;
+use gp_core::fit::{chapter_start, varied_start};
+use gp_core::search::Origin;
 use kernels::{Covariance, Jitter, ParamLayout, TorqueForm};
 
 use mtgp::{MultiTaskOptions, StageOne};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use faer::Mat;
-use gp_core::Start;
+use gp_core::search::Start;
 use kernels::{Constant, SeArd, Sum, TorqueCovariance, TorqueParams};
 use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,8 @@
 //! What a fit reported, in the form that records keep, with the names that stand in it.
 
-use gp_core::{MethodUsed, StageReport, StopReason};
+use gp_core::MethodUsed;
+use gp_core::optimize::StopReason;
+use gp_core::search::StageReport;
 use serde::{Deserialize, Serialize};
 
 /// What a Gaussian-process fit reported.

@@ -3,9 +3,7 @@
 use std::path::Path;
 
 use faer::{Mat, MatRef};
-use gp_core::{
-    JointPrediction, ModelFileError, ModelFileKind, Provenance, TorqueModel, TrainingRanges,
-};
+use gp_core::{JointPrediction, ModelFileError, ModelFileKind, Provenance, TorqueModel, TrainingRanges};
 use mtgp::{MtgpError, MultiTaskModel};
 
 use crate::columns::{Naming, StateColumns};

@@ -1,7 +1,8 @@
 //! Eq. (22): the starting values, worked by hand, and where the formula has none.
 
 use faer::{Mat, mat};
-use gp_core::{Origin, chapter_start, varied_start};
+use gp_core::fit::{chapter_start, varied_start};
+use gp_core::search::Origin;
 use kernels::TorqueForm;
 
 #[test]

@@ -4,7 +4,8 @@
 //! of which few are ever touched; it is made before the measurement.
 
 use allocation_counter::measure;
-use gp_core::{LikelihoodOptions, evidence};
+use gp_core::LikelihoodOptions;
+use gp_core::evidence::evidence;
 
 use crate::curves;
 

@@ -9,10 +9,11 @@ pub mod novel;
 pub mod prior;
 
 pub use error::MtgpError;
+pub use faer;
 pub use fit::{
-    AugmentedTargets, Criterion, MultiTaskOptions, RankCandidate, RankChoice, RankCounts, RankPart,
-    SharedFit, StageOne, TaskFit, augmented_k_task, augmented_targets, choose_rank,
-    choose_rank_per_joint, fit_independent, fit_pooled, fit_rank, fit_rank_from, fit_ranks,
-    fit_ranks_telling, fit_separate, fit_shared, rank_part,
+    Criterion, MultiTaskOptions, StageOne, TaskFit, choose_rank, fit_independent, fit_pooled,
+    fit_ranks,
 };
+pub use gp_core;
+pub use kernels;
 pub use prior::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor, with_task};

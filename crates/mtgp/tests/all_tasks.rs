@@ -2,7 +2,8 @@
 
 use faer::Mat;
 use gp_core::{LikelihoodOptions, Method};
-use mtgp::{MtgpError, MultiTaskOptions, StageOne, TaskProcess, fit_rank};
+use mtgp::{MtgpError, MultiTaskOptions, StageOne, TaskProcess};
+use mtgp::fit::fit_rank;
 
 use crate::icm_draws::four_tasks_of_rank_two;
 

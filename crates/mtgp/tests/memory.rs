@@ -2,7 +2,8 @@
 
 use allocation_counter::measure;
 use faer::Mat;
-use gp_core::{LikelihoodOptions, evidence};
+use gp_core::LikelihoodOptions;
+use gp_core::evidence::evidence;
 use kernels::{TorqueCovariance, TorqueForm};
 use mtgp::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor};
 

@@ -2,14 +2,9 @@
 
 use faer::{Mat, MatRef};
 use gp_core::optimize::MinimizeOptions;
-use mtgp::context::{
-    ContextModel, ContextPrior, ContextTracker, ContextTransition, JointTorques, WithTorqueNoise,
-    context_evidence,
-};
+use mtgp::context::{ContextModel, ContextPrior, ContextTracker, ContextTransition, JointTorques, WithTorqueNoise, context_evidence};
 use mtgp::latent::{LatentFunctions, PredictiveDensity};
-use mtgp::novel::{
-    Border, NewTorques, RowPopulation, fit_row, fit_row_from_population, log_density_of_row,
-};
+use mtgp::novel::{Border, NewTorques, RowPopulation, fit_row, fit_row_from_population, log_density_of_row};
 use mtgp::prior::TaskRow;
 use mtgp::{MtgpError, with_task};
 

@@ -1,13 +1,11 @@
 //! Stages of A.3 on data whose truth is known, and on data that have little to say.
 
 use faer::Mat;
-use gp_core::{Origin, log_marginal_likelihood};
+use gp_core::log_marginal_likelihood;
+use gp_core::search::Origin;
 use kernels::Covariance;
-use mtgp::{
-    Criterion, MtgpError, MultiTaskCovariance, MultiTaskOptions, RankCandidate, RankCounts,
-    Stacked, StageOne, TaskCovariance, TaskFactor, TaskFit, choose_rank, fit_independent,
-    fit_pooled, fit_rank, fit_ranks_telling, fit_separate, rank_part,
-};
+use mtgp::{Criterion, MtgpError, MultiTaskCovariance, MultiTaskOptions, Stacked, StageOne, TaskCovariance, TaskFactor, TaskFit, choose_rank, fit_independent, fit_pooled};
+use mtgp::fit::{RankCandidate, RankCounts, fit_rank, fit_ranks_telling, fit_separate, rank_part};
 
 use crate::icm_draws::{Draw, four_tasks_of_rank_two};
 

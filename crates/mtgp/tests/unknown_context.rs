@@ -3,10 +3,7 @@
 use faer::Mat;
 use gp_core::Factor;
 use kernels::Covariance;
-use mtgp::context::{
-    Calibration, ContextAnswer, ContextPosterior, ContextPrior, JointTorques,
-    chi_squared_upper_tail, context_evidence, known_or_unknown, largest_p_value,
-};
+use mtgp::context::{Calibration, ContextAnswer, ContextPosterior, ContextPrior, JointTorques, chi_squared_upper_tail, context_evidence, known_or_unknown, largest_p_value};
 use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

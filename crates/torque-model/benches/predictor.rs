@@ -8,10 +8,7 @@ use std::time::Instant;
 
 use criterion::{BatchSize, Criterion};
 use faer::Mat;
-use gp_core::{
-    FitSummary, JointModel, LikelihoodOptions, Method, Posterior, Predictor, ProcessModel,
-    Provenance, TorqueModel, TrainingRanges,
-};
+use gp_core::{FitSummary, JointModel, LikelihoodOptions, Method, Posterior, Predictor, ProcessModel, Provenance, TorqueModel, TrainingRanges};
 use kernels::{TorqueCovariance, TorqueParams};
 
 const N_JOINTS: usize = 6;

@@ -19,8 +19,10 @@ mod samples;
 
 pub use adapt::{Adapt, adapt, adapt_joint};
 pub use error::TorqueError;
+pub use faer;
 pub use file::{ModelFileError, ModelFileKind};
 pub use fit_summary::FitSummary;
+pub use gp_core;
 pub use joint_model::JointModel;
 pub use kernels;
 pub use learn::Learn;

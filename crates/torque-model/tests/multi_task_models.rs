@@ -5,10 +5,7 @@ use gp_core::{FitSummary, LikelihoodOptions, Method, Posterior, Provenance, Trai
 use kernels::{TorqueCovariance, TorqueParams};
 use mtgp::latent::LatentFunctions;
 use mtgp::prior::TaskRow;
-use mtgp::{
-    ModelParts, MultiTaskCovariance, MultiTaskModel, RankSelection, Stacked, TaskCovariance,
-    TaskFactor, TaskProcess, with_task,
-};
+use mtgp::{ModelParts, MultiTaskCovariance, MultiTaskModel, RankSelection, Stacked, TaskCovariance, TaskFactor, TaskProcess, with_task};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

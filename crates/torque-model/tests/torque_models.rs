@@ -1,10 +1,7 @@
 //! A small robot with one model of each kind.
 
 use faer::Mat;
-use gp_core::{
-    BayesLinear, FitSummary, JointModel, LikelihoodOptions, LinearForm, Method, Posterior,
-    ProcessModel, Provenance, TorqueModel, TrainingRanges,
-};
+use gp_core::{BayesLinear, FitSummary, JointModel, LikelihoodOptions, LinearForm, Method, Posterior, ProcessModel, Provenance, TorqueModel, TrainingRanges};
 use kernels::{TorqueCovariance, TorqueForm, TorqueParams};
 
 use crate::samples::uniform_inputs;

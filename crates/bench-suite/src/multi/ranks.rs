@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use mtgp::{Criterion, RankCandidate, RankCounts, choose_rank};
+use mtgp::fit::{RankCandidate, RankCounts};
+use mtgp::{Criterion, choose_rank};
 
 use super::model::MultiModel;
 use super::unit::{ModelRecord, UnitRecord};

@@ -4,12 +4,10 @@ use std::fmt;
 use std::time::Instant;
 
 use faer::Mat;
-use gp_core::Start;
+use gp_core::search::Start;
 use kernels::{Covariance, TorqueCovariance, TorqueForm};
-use mtgp::{
-    Criterion, MultiTaskCovariance, MultiTaskOptions, RankCounts, TaskCovariance, TaskFactor,
-    fit_shared,
-};
+use mtgp::fit::{RankCounts, fit_shared};
+use mtgp::{Criterion, MultiTaskCovariance, MultiTaskOptions, TaskCovariance, TaskFactor};
 use serde::{Deserialize, Serialize};
 
 use super::bench::{Bench, Training};

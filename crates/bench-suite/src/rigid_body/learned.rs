@@ -1,7 +1,8 @@
 //! rbd and rbd+gp of one joint: under one load, or under many that share the arm.
 
 use faer::Mat;
-use gp_core::{Fit, FitOptions, ParameterPrior, RegressorSamples, Starts};
+use gp_core::fit::{ParameterPrior, RegressorSamples};
+use gp_core::{Fit, FitOptions, Starts};
 use kernels::Covariance;
 use puma_dyn::Scenario;
 use puma_dyn::dynamics::N_PARAMETERS;

@@ -1,6 +1,7 @@
 //! What is known of an arm's parameters before any torque is measured.
 
-use gp_core::{FitOptions, ParameterPrior};
+use gp_core::FitOptions;
+use gp_core::fit::ParameterPrior;
 use puma_dyn::dynamics::{
     N_DRIVE_PARAMETERS, N_PARAMETERS, ParameterSpread, drive_parameters, inertial_parameters,
 };

@@ -6,10 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use faer::Mat;
-use mtgp::context::{
-    Calibration, ContextAnswer, ContextEvidence, ContextPosterior, ContextPrior, ContextTracker,
-    ContextTransition, JointTorques, WithTorqueNoise, context_evidence, known_or_unknown,
-};
+use mtgp::context::{Calibration, ContextAnswer, ContextEvidence, ContextPosterior, ContextPrior, ContextTracker, ContextTransition, JointTorques, WithTorqueNoise, context_evidence, known_or_unknown};
 use mtgp::{MtgpError, MultiTaskModel};
 use serde::Serialize;
 

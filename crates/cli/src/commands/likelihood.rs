@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use gp_core::{Evidence, LikelihoodOptions, evidence};
+use gp_core::LikelihoodOptions;
+use gp_core::evidence::{Evidence, evidence};
 use mtgp::prior::TaskNoise;
 use mtgp::{MtgpError, Stacked};
 use serde::Serialize;

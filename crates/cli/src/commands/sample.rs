@@ -3,10 +3,9 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use gp_core::sampling::{
-    Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, sample_chains,
-};
-use gp_core::{FitOptions, GpError, LogMarginal, chapter_start};
+use gp_core::sampling::{Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, sample_chains};
+use gp_core::{FitOptions, GpError, LogMarginal};
+use gp_core::fit::chapter_start;
 use kernels::{Covariance, TorqueForm};
 
 use crate::data_args::DataArgs;

@@ -1,7 +1,8 @@
 //! A complete block design: every context observed at the same inputs, eq. (17), and its likelihood for a fit.
 
 use faer::{Mat, MatRef};
-use gp_core::{Evaluation, GpError, Likelihood, MethodUsed};
+use gp_core::evidence::Evaluation;
+use gp_core::{GpError, Likelihood, MethodUsed};
 use kernels::{Covariance, TorqueCovariance};
 
 use crate::block::posterior::BlockPosterior;
@@ -10,13 +11,14 @@ use crate::prior::{MultiTaskCovariance, TaskMatrix, with_every_task};
 
 /// The torques of every context at the same inputs.
 ///
-/// Being a [`Likelihood`] of the prior of eq. (16), it is something that [`gp_core::search`] and
-/// [`gp_core::refine`] climb: the maximum is that of [`gp_core::LogMarginal`] on the same samples, at
+/// Being a [`Likelihood`] of the prior of eq. (16), it is something that [`gp_core::search::search`] and
+/// [`gp_core::search::refine`] climb: the maximum is that of [`gp_core::LogMarginal`] on the same samples, at
 /// O(ν³ + m³ + mν(m + ν)) operations an evaluation instead of (mν)³/3.
 ///
 /// ```
 /// use faer::{Mat, mat};
-/// use gp_core::{FitOptions, StartKind, refine, search};
+/// use gp_core::{FitOptions, StartKind};
+/// use gp_core::search::{refine, search};
 /// use kernels::{TorqueCovariance, TorqueForm};
 /// use mtgp::block::CompleteBlock;
 /// use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor};

@@ -10,9 +10,10 @@
 //! Source: sec. 4.6.
 
 use faer::MatRef;
+use gp_core::evidence::Evaluation;
+use gp_core::search::{Distance, Found, Plan, Start, climb};
 use gp_core::{
-    Distance, Evaluation, Fit, FitOptions, Found, GpError, Likelihood, LikelihoodOptions,
-    LogMarginal, MethodUsed, Plan, Start, climb, fit,
+    Fit, FitOptions, GpError, Likelihood, LikelihoodOptions, LogMarginal, MethodUsed, fit,
 };
 use kernels::TorqueCovariance;
 

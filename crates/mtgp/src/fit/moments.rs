@@ -1,6 +1,8 @@
 //! θ₀^x and σ₀ of A.3: the starts of eq. (22) on the data of all tasks together.
 
-use gp_core::{GpError, Start, chapter_start, varied_start};
+use gp_core::GpError;
+use gp_core::fit::{chapter_start, varied_start};
+use gp_core::search::Start;
 
 use super::options::MultiTaskOptions;
 use super::parts::require_targets;

@@ -1,6 +1,7 @@
 //! How long and how hard to search, and from where.
 
-use gp_core::{LikelihoodOptions, Limits, Stage, Starts};
+use gp_core::search::{Limits, Stage};
+use gp_core::{LikelihoodOptions, Starts};
 use kernels::TorqueForm;
 
 use super::rank_part::RankPart;

@@ -9,8 +9,10 @@
 //! Source: sec. 5, first extension.
 
 use faer::{Mat, MatRef};
+use gp_core::evidence::{add_prior_information, information};
 use gp_core::optimize::{MinimizeOptions, Objective, Rounds, StopReason, minimize_in_metric};
-use gp_core::{GpError, LogMarginal, Posterior, Start, add_prior_information, information};
+use gp_core::search::Start;
+use gp_core::{GpError, LogMarginal, Posterior};
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
 
 use super::options::MultiTaskOptions;
@@ -83,7 +85,7 @@ impl SharedFit {
 /// The start is the rank-r part of the average of their K^ρ, each divided by its mean diagonal,
 /// which goes into θ_i^x: (a² K^ρ, c^x/a²) is one model.
 /// From there the search takes its steps in the metric of the Fisher information, as
-/// [`gp_core::refine`] does; the information of the joints adds up, as they are independent
+/// [`gp_core::search::refine`] does; the information of the joints adds up, as they are independent
 /// given the hyperparameters.
 /// Sequential and deterministic.
 /// # Shapes

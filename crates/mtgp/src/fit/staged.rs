@@ -9,7 +9,8 @@
 //! The two models of step 1 are pGP and iGP themselves.
 
 use faer::{Mat, MatRef};
-use gp_core::{Distance, LogMarginal, Origin, Plan, Start, Starts, climb};
+use gp_core::search::{Distance, Origin, Plan, Start, climb};
+use gp_core::{LogMarginal, Starts};
 
 use super::augmented_targets::{augmented_k_task, augmented_targets};
 use super::baselines::{fit_independent, fit_pooled};
@@ -133,7 +134,7 @@ pub fn fit_rank(
 /// where that start led before.
 /// Where pGP won stage 1 and beats all of `warm`, it is itself a start, of rank 1.
 /// Several starts get `options.screening` evaluations each, and the highest goes on.
-/// Such fits are near an optimum, and refined from the first evaluation: see [`gp_core::refine`].
+/// Such fits are near an optimum, and refined from the first evaluation: see [`gp_core::search::refine`].
 /// [`Starts::Chapter`] without `warm` is A.3 as it stands.
 /// # Shapes
 /// `targets` (n,), N·m, in the order of the rows of `data`.

@@ -1,9 +1,8 @@
 //! A joint's torque under several loads, learned.
 
 use faer::{Mat, MatRef};
-use gp_core::{
-    Distance, Fit, FitReport, Found, GpError, LikelihoodOptions, Posterior, Prediction, Start,
-};
+use gp_core::search::{Distance, FitReport, Found, Start};
+use gp_core::{Fit, GpError, LikelihoodOptions, Posterior, Prediction};
 
 use crate::error::MtgpError;
 use crate::latent::predict_mean_of_all_tasks;

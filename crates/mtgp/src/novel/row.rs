@@ -1,8 +1,9 @@
 //! A new context: one row of Λ learned from its own few torques, everything else as it was.
 
 use faer::{Mat, MatRef};
+use gp_core::GpError;
+use gp_core::optimize::StopReason;
 use gp_core::optimize::{MinimizeOptions, Objective, minimize};
-use gp_core::{GpError, StopReason};
 use linalg::{Factor, thin_svd};
 
 use crate::error::MtgpError;

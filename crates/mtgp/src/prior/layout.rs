@@ -6,7 +6,7 @@
 use std::cmp::Ordering;
 
 use faer::{Mat, MatRef};
-use gp_core::spread_rows;
+use gp_core::evidence::spread_rows;
 
 use crate::error::{MtgpError, require_count};
 

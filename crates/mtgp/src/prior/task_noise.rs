@@ -9,7 +9,8 @@
 //! ```
 
 use faer::Mat;
-use gp_core::{Evaluation, Evidence, LikelihoodOptions, LogMarginal};
+use gp_core::evidence::{Evaluation, Evidence};
+use gp_core::{LikelihoodOptions, LogMarginal};
 use kernels::Covariance;
 
 use crate::error::MtgpError;

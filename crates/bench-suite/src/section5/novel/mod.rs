@@ -9,7 +9,6 @@ mod physics;
 mod picture;
 mod table;
 
-
 use self::case::{Case, Samples, Settings, Test};
 use self::learners::{Learner, Learners, Score};
 use self::physics::LoadRegression;

@@ -1,11 +1,12 @@
 //! Chains of hyperparameters of a multi-task process.
 
 use faer::Mat;
+use gp_core::fit::chapter_start;
 use gp_core::sampling::{
     Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, LogDensity,
     sample_chains,
 };
-use gp_core::{LikelihoodOptions, LogMarginal, Posterior, chapter_start};
+use gp_core::{LikelihoodOptions, LogMarginal, Posterior};
 use kernels::{Covariance, TorqueForm};
 use mtgp::prior::{TaskMatrix, TaskRegression};
 use mtgp::{MultiTaskCovariance, Stacked};

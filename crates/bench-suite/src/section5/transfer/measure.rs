@@ -1,6 +1,7 @@
 //! One curve from data to record: fit every learner at every place, predict the target, score.
 
-use mtgp::{MultiTaskOptions, StageOne, TaskFit, fit_rank_from, fit_ranks};
+use mtgp::fit::fit_rank_from;
+use mtgp::{MultiTaskOptions, StageOne, TaskFit, fit_ranks};
 
 use super::curve::{Axis, Curve, CurveRecord, Learner, Score};
 use crate::cell::ModelKind;

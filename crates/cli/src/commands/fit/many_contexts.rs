@@ -2,13 +2,11 @@
 
 use std::str::FromStr;
 
-use gp_core::{FitReport, GpError, Posterior, TrainingRanges};
+use gp_core::{GpError, Posterior, TrainingRanges};
+use gp_core::search::FitReport;
 use kernels::Covariance;
-use mtgp::{
-    Criterion, ModelParts, MtgpError, MultiTaskCovariance, MultiTaskModel, MultiTaskOptions,
-    RankCandidate, RankCounts, RankSelection, Stacked, StageOne, TaskFit, TaskProcess, choose_rank,
-    fit_independent, fit_pooled, fit_ranks_telling,
-};
+use mtgp::{Criterion, ModelParts, MtgpError, MultiTaskCovariance, MultiTaskModel, MultiTaskOptions, RankSelection, Stacked, StageOne, TaskFit, TaskProcess, choose_rank, fit_independent, fit_pooled};
+use mtgp::fit::{RankCandidate, RankCounts, fit_ranks_telling};
 
 use crate::commands::fit::report::{self, Line};
 use crate::commands::fit::side_by_side::{Learned, learn_all, tell_stage};

@@ -1,9 +1,7 @@
 //! Learning joint torques under one load: the four models of sec. 3.
 
 use faer::MatRef;
-use gp_core::{
-    BayesLinear, FitOptions, GpError, JointModel, LinearForm, TorqueModel, TrainingRanges,
-};
+use gp_core::{BayesLinear, FitOptions, GpError, JointModel, LinearForm, TorqueModel, TrainingRanges};
 use kernels::TorqueForm;
 
 use crate::commands::fit::report::{self, Line};

@@ -1,10 +1,8 @@
 //! Learning joint torques with the robot's description as prior: sec. 3.2.
 
 use faer::{Mat, MatRef};
-use gp_core::{
-    FitOptions, GpError, InformedModel, ParameterPrior, RegressorSamples, Starts, TrainingRanges,
-    fit_rigid_body, fit_rigid_body_and_process,
-};
+use gp_core::{FitOptions, GpError, InformedModel, Starts, TrainingRanges};
+use gp_core::fit::{ParameterPrior, RegressorSamples, fit_rigid_body, fit_rigid_body_and_process};
 use kernels::TorqueForm;
 use puma_dyn::dynamics::{
     N_DRIVE_PARAMETERS, N_PARAMETERS, ParameterSpread, drive_parameters, inertial_parameters,
