@@ -1,9 +1,12 @@
 //! What a model keeps of the fit of its hyperparameters.
 
 use gp_core::search::{FitReport, StageReport};
+use serde::{Deserialize, Serialize};
 
 /// How the hyperparameters of a process were found.
-#[derive(Debug, Clone, PartialEq)]
+///
+/// Its fields stand in model files in this order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FitSummary {
     /// Log marginal likelihood, natural log, summed over the data.
     pub log_marginal: f64,

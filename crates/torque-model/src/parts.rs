@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use puma_dyn::Model;
+use serde::{Deserialize, Serialize};
 
 use crate::file::ModelFileKind;
 use crate::joint_model::JointModel;
@@ -31,8 +32,8 @@ pub struct ModelParts {
     pub provenance: Provenance,
 }
 
-/// How the rank of the task matrices was chosen.
-#[derive(Debug, Clone, PartialEq)]
+/// How the rank of the task matrices was chosen; its fields stand in model files in this order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RankSelection {
     /// Name of the criterion.
     pub criterion: String,

@@ -1,11 +1,12 @@
 //! Where a model comes from: its data, robot, program and context.
 
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 /// Where a model comes from, as the program that learned it says.
 ///
-/// Nothing here takes part in a prediction.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// Nothing here takes part in a prediction; its fields stand in model files in this order.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance {
     /// SHA-256 of the training data, as the caller read it.
     pub data_sha256: [u8; 32],

@@ -2,8 +2,8 @@
 
 mod format;
 mod matrix_record;
-mod origin_record;
 mod process_record;
+mod ranges_record;
 mod robot_record;
 
 pub use format::{FORMAT_VERSION, ModelFileError, ModelFileKind};

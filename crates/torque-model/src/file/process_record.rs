@@ -44,20 +44,6 @@ enum BasisRecord {
     },
 }
 
-/// How the hyperparameters were found.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct SummaryRecord {
-    log_marginal: f64,
-    start: String,
-    n_starts: usize,
-    evaluations: usize,
-    bounds_hit: Vec<String>,
-    condition_lower_bound: f64,
-    method: String,
-    rank: usize,
-    error_bound: Option<f64>,
-}
-
 impl ParamsRecord {
     /// The hyperparameters of a covariance.
     pub fn of(covariance: &TorqueCovariance) -> Self {
@@ -162,38 +148,8 @@ impl BasisRecord {
     }
 }
 
-impl SummaryRecord {
-    /// The record of a summary.
-    pub fn of(summary: &FitSummary) -> Self {
-        Self {
-            log_marginal: summary.log_marginal,
-            start: summary.start.clone(),
-            n_starts: summary.n_starts,
-            evaluations: summary.evaluations,
-            bounds_hit: summary.bounds_hit.clone(),
-            condition_lower_bound: summary.condition_lower_bound,
-            method: summary.method.clone(),
-            rank: summary.rank,
-            error_bound: summary.error_bound,
-        }
-    }
-
-    /// The summary.
-    ///
-    /// # Errors
-    /// [`ModelFileError::Malformed`] for a likelihood that is not finite.
-    pub fn into_summary(self) -> Result<FitSummary, ModelFileError> {
-        require_values("log marginal likelihood", &[self.log_marginal], 1)?;
-        Ok(FitSummary {
-            log_marginal: self.log_marginal,
-            start: self.start,
-            n_starts: self.n_starts,
-            evaluations: self.evaluations,
-            bounds_hit: self.bounds_hit,
-            condition_lower_bound: self.condition_lower_bound,
-            method: self.method,
-            rank: self.rank,
-            error_bound: self.error_bound,
-        })
-    }
+/// Fails for a summary whose likelihood is not finite.
+pub(crate) fn require_summary(summary: FitSummary) -> Result<FitSummary, ModelFileError> {
+    require_values("log marginal likelihood", &[summary.log_marginal], 1)?;
+    Ok(summary)
 }

@@ -13,11 +13,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::file::format::{ModelFileError, ModelFileKind, decode_model, encode_model};
 use crate::file::matrix_record::{TriangleRecord, malformed, require, require_values};
-use crate::file::origin_record::{ProvenanceRecord, RangesRecord};
-use crate::file::process_record::{ParamsRecord, PosteriorRecord, SummaryRecord};
+use crate::file::process_record::{ParamsRecord, PosteriorRecord, require_summary};
+use crate::file::ranges_record::RangesRecord;
+use crate::fit_summary::FitSummary;
 use crate::joint_model::JointModel;
 use crate::parts::{ModelParts, RankSelection, kind_of};
 use crate::process::{Process, TaskProcess};
+use crate::provenance::Provenance;
 use crate::robot_source::RobotSource;
 use crate::rows::{RegressorRows, Rows, States, n_parameters};
 
@@ -26,7 +28,7 @@ use crate::rows::{RegressorRows, Rows, States, n_parameters};
 struct OneContextRecord {
     joint_names: Vec<String>,
     ranges: RangesRecord,
-    provenance: ProvenanceRecord,
+    provenance: Provenance,
     learned: Vec<(usize, JointRecord)>,
 }
 
@@ -37,8 +39,8 @@ struct ManyContextsRecord {
     contexts: Vec<String>,
     ranges: RangesRecord,
     context_ranges: Vec<RangesRecord>,
-    provenance: ProvenanceRecord,
-    selection: Option<SelectionRecord>,
+    provenance: Provenance,
+    selection: Option<RankSelection>,
     learned: Vec<(usize, TasksRecord)>,
 }
 
@@ -48,7 +50,7 @@ struct RigidBodyRecord {
     robot: RobotSource,
     learned: Vec<(usize, InformedRecord)>,
     ranges: RangesRecord,
-    provenance: ProvenanceRecord,
+    provenance: Provenance,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -70,7 +72,7 @@ struct LinearRecord {
 struct ProcessRecord {
     params: ParamsRecord,
     posterior: PosteriorRecord,
-    summary: SummaryRecord,
+    summary: FitSummary,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -78,7 +80,7 @@ struct TasksRecord {
     params: ParamsRecord,
     task: TaskRecord,
     posterior: PosteriorRecord,
-    summary: SummaryRecord,
+    summary: FitSummary,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -88,13 +90,7 @@ struct InformedRecord {
     spread: f64,
     remainder: Option<ParamsRecord>,
     posterior: PosteriorRecord,
-    summary: SummaryRecord,
-}
-
-#[derive(Serialize, Deserialize)]
-struct SelectionRecord {
-    criterion: String,
-    values: Vec<(usize, f64)>,
+    summary: FitSummary,
 }
 
 /// K^ρ; the number of tasks is that of the contexts.
@@ -164,7 +160,7 @@ impl OneContextRecord {
         Self {
             joint_names: parts.joint_names.clone(),
             ranges: RangesRecord::of(&parts.ranges),
-            provenance: ProvenanceRecord::of(&parts.provenance),
+            provenance: parts.provenance.clone(),
             learned: records(parts, |model| match model {
                 JointModel::Linear(linear) => Some(JointRecord::Linear(LinearRecord::of(linear))),
                 JointModel::Process(process) => {
@@ -189,7 +185,7 @@ impl OneContextRecord {
             context_ranges: Vec::new(),
             selection: None,
             robot: None,
-            provenance: self.provenance.into_provenance(),
+            provenance: self.provenance,
         })
     }
 }
@@ -201,11 +197,8 @@ impl ManyContextsRecord {
             contexts: parts.contexts.clone(),
             ranges: RangesRecord::of(&parts.ranges),
             context_ranges: parts.context_ranges.iter().map(RangesRecord::of).collect(),
-            provenance: ProvenanceRecord::of(&parts.provenance),
-            selection: parts.selection.as_ref().map(|selection| SelectionRecord {
-                criterion: selection.criterion.clone(),
-                values: selection.values.clone(),
-            }),
+            provenance: parts.provenance.clone(),
+            selection: parts.selection.clone(),
             learned: records(parts, |model| model.tasks().map(TasksRecord::of)),
         }
     }
@@ -223,12 +216,9 @@ impl ManyContextsRecord {
             context_ranges: context_ranges
                 .map(RangesRecord::into_ranges)
                 .collect::<Result<_, _>>()?,
-            selection: self.selection.map(|record| RankSelection {
-                criterion: record.criterion,
-                values: record.values,
-            }),
+            selection: self.selection,
             robot: None,
-            provenance: self.provenance.into_provenance(),
+            provenance: self.provenance,
         })
     }
 }
@@ -239,7 +229,7 @@ impl RigidBodyRecord {
             robot: parts.robot.clone().expect("such models know their robot"),
             learned: records(parts, InformedRecord::of),
             ranges: RangesRecord::of(&parts.ranges),
-            provenance: ProvenanceRecord::of(&parts.provenance),
+            provenance: parts.provenance.clone(),
         }
     }
 
@@ -264,7 +254,7 @@ impl RigidBodyRecord {
             context_ranges: Vec::new(),
             selection: None,
             robot: Some(self.robot),
-            provenance: self.provenance.into_provenance(),
+            provenance: self.provenance,
         })
     }
 }
@@ -306,7 +296,7 @@ impl ProcessRecord {
         Self {
             params: ParamsRecord::of(process.posterior.covariance()),
             posterior: PosteriorRecord::of(&process.posterior),
-            summary: SummaryRecord::of(&process.summary),
+            summary: process.summary.clone(),
         }
     }
 
@@ -318,7 +308,7 @@ impl ProcessRecord {
         Ok(Process {
             posterior: (self.posterior).into_posterior(covariance, rows.n_columns())?,
             rows,
-            summary: self.summary.into_summary()?,
+            summary: require_summary(self.summary)?,
         })
     }
 }
@@ -329,7 +319,7 @@ impl TasksRecord {
             params: ParamsRecord::of(process.covariance().input()),
             task: TaskRecord::of(process.covariance().task()),
             posterior: PosteriorRecord::of(&process.posterior),
-            summary: SummaryRecord::of(&process.summary),
+            summary: process.summary.clone(),
         }
     }
 
@@ -340,7 +330,7 @@ impl TasksRecord {
         })?;
         let prior = MultiTaskCovariance::new(input, self.task.into_task(n_tasks)?);
         let posterior = self.posterior.into_posterior(prior, 3 * n_joints + 1)?;
-        let process = TaskProcess::of_tasks(posterior, self.summary.into_summary()?);
+        let process = TaskProcess::of_tasks(posterior, require_summary(self.summary)?);
         let points = process.posterior.basis().points.as_ref();
         require(process.rows.admit(points), || {
             format!("rows of other than {n_tasks} tasks")
@@ -385,7 +375,7 @@ impl InformedRecord {
             spread: model.spread()?,
             remainder: model.input_covariance().map(ParamsRecord::of),
             posterior,
-            summary: SummaryRecord::of(model.summary()?),
+            summary: model.summary()?.clone(),
         })
     }
 
@@ -408,7 +398,7 @@ impl InformedRecord {
         };
         let (n_inputs, n_columns) = (3 * n_joints, rows.n_columns());
         let parameters = (rows.prior.covariance_at(n_inputs, self.spread)).map_err(malformed)?;
-        let summary = self.summary.into_summary()?;
+        let summary = require_summary(self.summary)?;
         let Some(params) = self.remainder else {
             let posterior = self.posterior.into_posterior(parameters, n_columns)?;
             return Ok(JointModel::RigidBody(Box::new(Process {

@@ -56,10 +56,17 @@ pub trait Learn: Sync {
     /// One that cannot be conditioned on the samples.
     fn finish(
         &self,
-        samples: &Samples,
-        joint: &JointTorques,
+        _samples: &Samples,
+        _joint: &JointTorques,
         candidate: Candidate,
-    ) -> Result<JointModel, TorqueError>;
+    ) -> Result<JointModel, TorqueError> {
+        match candidate {
+            Candidate::Model(model) => Ok(*model),
+            Candidate::Tasks(_) => Err(TorqueError::OtherKind {
+                what: "a candidate of several contexts is no model of one".to_owned(),
+            }),
+        }
+    }
 }
 
 /// What learning says of itself while it goes on, from any thread.

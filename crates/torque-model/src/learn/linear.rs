@@ -6,7 +6,6 @@ use crate::error::TorqueError;
 use crate::joint_model::JointModel;
 use crate::learn::candidate::Candidate;
 use crate::learn::learner::Learn;
-use crate::learn::process::only_model;
 use crate::samples::{JointTorques, Samples};
 
 /// Torques that are linear in the state, and in the signs of the speeds.
@@ -46,14 +45,5 @@ impl Learn for Linear {
     ) -> Result<Vec<Candidate>, TorqueError> {
         let linear = BayesLinear::fit(samples.x.as_ref(), &joint.values, self.form)?;
         Ok(vec![JointModel::from(linear).into()])
-    }
-
-    fn finish(
-        &self,
-        _samples: &Samples,
-        _joint: &JointTorques,
-        candidate: Candidate,
-    ) -> Result<JointModel, TorqueError> {
-        only_model(candidate)
     }
 }

@@ -37,26 +37,4 @@ impl Learn for SingleProcess {
         let fit = gp_core::fit(x, &joint.values, self.form, &self.options)?;
         Ok(vec![JointModel::from(fit).into()])
     }
-
-    fn finish(
-        &self,
-        _samples: &Samples,
-        _joint: &JointTorques,
-        candidate: Candidate,
-    ) -> Result<JointModel, TorqueError> {
-        only_model(candidate)
-    }
-}
-
-/// The model of a candidate that is one.
-///
-/// # Errors
-/// [`TorqueError::OtherKind`] for another's.
-pub(super) fn only_model(candidate: Candidate) -> Result<JointModel, TorqueError> {
-    match candidate {
-        Candidate::Model(model) => Ok(*model),
-        Candidate::Tasks(_) => Err(TorqueError::OtherKind {
-            what: "a candidate of several contexts is no model of one".to_owned(),
-        }),
-    }
 }

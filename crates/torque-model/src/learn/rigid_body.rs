@@ -18,7 +18,6 @@ use crate::error::{TorqueError, consistent};
 use crate::joint_model::JointModel;
 use crate::learn::candidate::Candidate;
 use crate::learn::learner::Learn;
-use crate::learn::process::only_model;
 use crate::robot_source::Robot;
 use crate::rows::{RegressorRows, regressor_of};
 use crate::samples::{JointTorques, Samples};
@@ -193,15 +192,6 @@ impl Learn for RigidBody {
             }
         };
         Ok(vec![model.into()])
-    }
-
-    fn finish(
-        &self,
-        _samples: &Samples,
-        _joint: &JointTorques,
-        candidate: Candidate,
-    ) -> Result<JointModel, TorqueError> {
-        only_model(candidate)
     }
 }
 
