@@ -9,6 +9,7 @@
 //! `serve` reads one request a line, `CONTESTANT SHIFT [CERTIFICATE]`, and answers each with one
 //! line of JSON: seconds, value, error bound, rank and gradient.
 
+mod contestant;
 mod data;
 mod fit;
 mod hyperparameters;

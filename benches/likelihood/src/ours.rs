@@ -7,9 +7,9 @@ use anyhow::Result;
 use gp_core::{LikelihoodOptions, LogMarginal, Method};
 use kernels::Covariance;
 
+use crate::contestant::{Answer, Contestant};
 use crate::data::Samples;
 use crate::hyperparameters::Hyperparameters;
-use crate::serve::{Answer, Contestant};
 
 /// How much one evaluation may take over from the one before.
 enum Start {

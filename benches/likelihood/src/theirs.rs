@@ -11,9 +11,9 @@ use anyhow::{Result, anyhow, ensure};
 use gprx::kernel::{ConstantKernel, KernelSpec, RbfArdKernel};
 use gprx::{FittedGpr, Fixed, GaussianLikelihood, Gpr, Interval};
 
+use crate::contestant::{Answer, Contestant};
 use crate::data::Samples;
 use crate::hyperparameters::Hyperparameters;
-use crate::serve::{Answer, Contestant};
 
 /// An exact model of gprx, whose θ holds log v², log l, log b², log σ².
 pub struct Gprx {

@@ -4,7 +4,7 @@
 
 use crate::error::CliError;
 use crate::joints::Joints;
-use crate::table::NumberColumn;
+use crate::number_column::NumberColumn;
 
 /// Prefixes of the state columns, in the order of x = (q, qd, qdd).
 pub const QUANTITIES: [&str; 3] = ["q", "qd", "qdd"];

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use puma_dyn::Model;
 use puma_dyn::robot::{JointKind, Limits};
 
-use crate::table::NumberColumn;
+use crate::number_column::NumberColumn;
 
 /// Counts of unlikely positions, column by column.
 pub struct DegreesWatch {

@@ -7,7 +7,7 @@ use mtgp::MtgpError;
 use puma_dyn::DynError;
 use thiserror::Error;
 
-use crate::table::NumberColumn;
+use crate::number_column::NumberColumn;
 
 /// Why a command stops. All of these are bad input or usage: exit status 2.
 #[derive(Debug, Error)]

@@ -27,6 +27,7 @@ mod messages;
 mod method;
 mod model_file;
 mod noise_std;
+mod number_column;
 mod output;
 #[cfg(feature = "parquet")]
 mod parquet_file;

@@ -10,7 +10,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 
-use crate::commands::simulate::{KEYS, Run};
+use crate::commands::simulate::run::{KEYS, Run};
 use crate::error::CliError;
 use crate::output::Output;
 

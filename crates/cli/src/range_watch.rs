@@ -2,7 +2,7 @@
 
 use gp_core::TrainingRanges;
 
-use crate::table::NumberColumn;
+use crate::number_column::NumberColumn;
 
 /// Counts of states outside the training data, in all and by covariate.
 pub struct RangeWatch<'a> {

@@ -9,7 +9,8 @@ use crate::degrees::DegreesWatch;
 use crate::error::CliError;
 use crate::header_joints::{chosen, joints_of};
 use crate::joints::{Joints, TORQUE_UNIT};
-use crate::table::{NumberColumn, Row, Table};
+use crate::number_column::NumberColumn;
+use crate::table::{Row, Table};
 
 /// The joints of a table and the columns to read.
 #[derive(Debug)]

@@ -9,6 +9,7 @@ use std::path::Path;
 use csv::{ErrorKind, ReaderBuilder, StringRecord};
 
 use crate::error::CliError;
+use crate::number_column::NumberColumn;
 
 /// A CSV file whose header has been read.
 pub struct Table {
@@ -28,19 +29,6 @@ pub struct Row<'a> {
     /// 1-based number of the data row.
     pub number: u64,
     line: u64,
-}
-
-/// A column of numbers: where it is and what it means.
-#[derive(Clone, Debug)]
-pub struct NumberColumn {
-    /// Position in the header.
-    pub idx: usize,
-    /// Name in the header.
-    pub name: String,
-    /// Name of the joint.
-    pub joint: String,
-    /// Unit.
-    pub unit: &'static str,
 }
 
 impl Table {

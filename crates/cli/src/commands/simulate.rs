@@ -1,14 +1,15 @@
 //! `torque-gp simulate`: states and torques of the PUMA 560 along the scenario's paths.
 
-use std::io::Write;
+pub mod run;
+
 use std::path::{Path, PathBuf};
 
 use clap::ArgGroup;
 use puma_dyn::Scenario;
-use puma_dyn::chapter::Trajectory;
 
+use self::run::Run;
 use crate::error::CliError;
-use crate::format::{Format, write_numbers};
+use crate::format::Format;
 use crate::messages;
 use crate::output::{self, Output};
 #[cfg(feature = "parquet")]
@@ -61,20 +62,6 @@ Examples:
 
 Exit status: 0, or 2 for bad input or usage; then there is one message and no broken file.";
 
-/// Names of the columns before the states.
-pub const KEYS: [&str; 3] = ["context", "run", "t"];
-const N_JOINTS: usize = puma_dyn::puma560::N_JOINTS;
-
-/// One trajectory under one load.
-pub struct Run<'a> {
-    /// Name of the load.
-    pub context: &'a str,
-    /// States.
-    pub trajectory: &'a Trajectory,
-    /// (n_samples, 6) row-major, N·m.
-    pub torques: &'a [f64],
-}
-
 /// Simulates one run or all of them.
 ///
 /// # Errors
@@ -120,7 +107,7 @@ fn simulate_one(args: &Args, scenario: &Scenario, path: &Path) -> Result<(), Cli
         torques: &torques,
     };
     let (name, n_samples) = (output.name().to_owned(), trajectory.n_samples());
-    run.write(output, format)?;
+    write(&run, output, format)?;
     messages::note(format!("{n_samples} rows written to {name}"));
     Ok(())
 }
@@ -145,7 +132,7 @@ fn simulate_all(args: &Args, scenario: &Scenario, folder: &Path) -> Result<(), C
                 torques: &torques,
             };
             let file = format!("{context}_{}.{}", run.name(), format.extension());
-            run.write(Output::create(&folder.join(file))?, format)?;
+            write(&run, Output::create(&folder.join(file))?, format)?;
         }
     }
     let n_files = trajectories.len() * contexts.len();
@@ -153,72 +140,14 @@ fn simulate_all(args: &Args, scenario: &Scenario, folder: &Path) -> Result<(), C
     Ok(())
 }
 
-impl Run<'_> {
-    /// Name of the run: its path and speed.
-    pub fn name(&self) -> String {
-        format!("{}_{}", self.trajectory.path, self.trajectory.speed)
-    }
-
-    /// Names of the columns of numbers: t, states, torques.
-    pub fn number_columns() -> Vec<String> {
-        let quantities = ["q", "qd", "qdd", "tau"];
-        let numbered = quantities
-            .iter()
-            .flat_map(|quantity| (1..=N_JOINTS).map(move |joint| format!("{quantity}{joint}")));
-        std::iter::once(KEYS[2].to_owned())
-            .chain(numbered)
-            .collect()
-    }
-
-    /// Values of one column of numbers, in the order of [`Run::number_columns`].
-    #[cfg(feature = "parquet")]
-    pub fn number_column(&self, column: usize) -> Vec<f64> {
-        let n_state = 3 * N_JOINTS;
-        let every = |values: &[f64], first: usize, step: usize| {
-            values[first..].iter().step_by(step).copied().collect()
-        };
-        match column {
-            0 => self.trajectory.time.clone(),
-            column if column <= n_state => every(&self.trajectory.states, column - 1, n_state),
-            column => every(self.torques, column - 1 - n_state, N_JOINTS),
-        }
-    }
-
-    fn write(&self, output: Output, format: Format) -> Result<(), CliError> {
-        match format {
-            Format::Csv => self.write_csv(output),
-            #[cfg(feature = "parquet")]
-            Format::Parquet => parquet_file::write(self, output),
-            #[cfg(not(feature = "parquet"))]
-            Format::Parquet => format.check_built().map(drop),
-        }
-    }
-
-    fn write_csv(&self, mut output: Output) -> Result<(), CliError> {
-        let name = output.name().to_owned();
-        self.write_rows(&mut output)
-            .map_err(CliError::io("write", name))?;
-        output.commit()
-    }
-
-    fn write_rows(&self, output: &mut Output) -> std::io::Result<()> {
-        writeln!(
-            output,
-            "{},{},{}",
-            KEYS[0],
-            KEYS[1],
-            Self::number_columns().join(",")
-        )?;
-        let key = format!("{},{}", self.context, self.name());
-        for (sample_idx, tau) in self.torques.chunks_exact(N_JOINTS).enumerate() {
-            let (q, qd, qdd) = self.trajectory.state(sample_idx);
-            write!(output, "{key},{:?}", self.trajectory.time[sample_idx])?;
-            for numbers in [q, qd, qdd, tau] {
-                write_numbers(output, numbers)?;
-            }
-            writeln!(output)?;
-        }
-        Ok(())
+/// Writes a run in a format.
+fn write(run: &Run<'_>, output: Output, format: Format) -> Result<(), CliError> {
+    match format {
+        Format::Csv => run.write_csv(output),
+        #[cfg(feature = "parquet")]
+        Format::Parquet => parquet_file::write(run, output),
+        #[cfg(not(feature = "parquet"))]
+        Format::Parquet => format.check_built().map(drop),
     }
 }
 

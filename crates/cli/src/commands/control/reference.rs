@@ -11,7 +11,8 @@ use crate::degrees::DegreesWatch;
 use crate::error::CliError;
 use crate::joints::Joints;
 use crate::messages;
-use crate::table::{NumberColumn, Table};
+use crate::number_column::NumberColumn;
+use crate::table::Table;
 
 /// Name of the column of times.
 const TIME: &str = "t";
