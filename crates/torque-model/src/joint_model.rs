@@ -93,6 +93,17 @@ impl JointModel {
         self.function().noise_var()
     }
 
+    /// Its root, N·m, as the model has it.
+    pub fn noise_std(&self) -> f64 {
+        match self {
+            Self::Linear(_) => self.noise_var().sqrt(),
+            Self::Process(process) => process.posterior.noise_std(),
+            Self::Tasks(process) => process.posterior.noise_std(),
+            Self::RigidBody(process) => process.posterior.noise_std(),
+            Self::RigidBodyAndProcess(process) => process.posterior.noise_std(),
+        }
+    }
+
     /// How the hyperparameters were found; `None` for a linear model, which has none.
     pub fn summary(&self) -> Option<&FitSummary> {
         match self {

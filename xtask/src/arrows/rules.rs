@@ -107,22 +107,6 @@ pub const CIRCLES: &[&[&str]] = &[
         "bench-suite/src/section5/transfer/table.rs",
     ],
     &[
-        "cli/src/commands/context.rs",
-        "cli/src/commands/context/held_out.rs",
-    ],
-    &[
-        "cli/src/commands/fit.rs",
-        "cli/src/commands/fit/many_contexts.rs",
-        "cli/src/commands/fit/one_context.rs",
-        "cli/src/commands/fit/rigid_body.rs",
-    ],
-    &[
-        "cli/src/commands/inspect.rs",
-        "cli/src/commands/inspect/description.rs",
-    ],
-    &["cli/src/commands/simulate.rs", "cli/src/parquet_file.rs"],
-    &["cli/src/error.rs", "cli/src/table.rs"],
-    &[
         "gp-core/src/candidate.rs",
         "gp-core/src/fit.rs",
         "gp-core/src/opening.rs",

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use puma_dyn::Trajectory;
+use puma_dyn::chapter::Trajectory;
 
 use crate::error::CliError;
 use crate::format::write_numbers;
