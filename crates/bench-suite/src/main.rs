@@ -14,11 +14,9 @@ use bench_suite::adopt::{self, adopt};
 use bench_suite::catalogue::Catalogue;
 use bench_suite::multi::spec::MultiSelection;
 use bench_suite::regression::{self, Scores};
-use bench_suite::report::{durations, multi_durations};
 use bench_suite::report::finding::Findings;
-use bench_suite::reproduce::{
-    ManyContexts, OneContext, Reproduction, Request, compute, reproduce,
-};
+use bench_suite::report::{durations, multi_durations};
+use bench_suite::reproduce::{ManyContexts, OneContext, Reproduction, Request, compute, reproduce};
 use bench_suite::run::{Reuse, RunOutcome};
 use bench_suite::section5::spec::Section5Experiment;
 use bench_suite::shard::Shard;

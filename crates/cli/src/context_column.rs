@@ -89,20 +89,8 @@ impl ContextColumn {
         Ok(number)
     }
 
-    /// Names of the contexts, in the order of their numbers.
-    pub fn names(&self) -> &[String] {
-        &self.names
-    }
-
-    /// Numbers of the rows' contexts so far.
-    pub fn numbers(&self) -> &[usize] {
-        &self.numbers
-    }
-
-    /// The first known context without a row.
-    pub fn absent(&self) -> Option<&str> {
-        let is_absent = |(number, _): &(usize, &String)| !self.numbers.contains(number);
-        let absent = self.names.iter().enumerate().find(is_absent);
-        absent.map(|(_, name)| name.as_str())
+    /// Names of the contexts in the order of their numbers, and the numbers of the rows' contexts.
+    pub fn into_parts(self) -> (Vec<String>, Vec<usize>) {
+        (self.names, self.numbers)
     }
 }

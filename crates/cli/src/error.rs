@@ -2,10 +2,9 @@
 
 use std::io;
 
-use gp_core::ModelFileError;
-use mtgp::MtgpError;
 use puma_dyn::DynError;
 use thiserror::Error;
+use torque_model::{ModelFileError, TorqueError};
 
 use crate::number_column::NumberColumn;
 
@@ -138,6 +137,7 @@ pub enum CliError {
         /// Path.
         file: String,
         /// What is wrong with it.
+        #[source]
         cause: ModelFileError,
     },
     /// Data from which nothing can be learned or predicted.
@@ -148,7 +148,30 @@ pub enum CliError {
         /// Name of the joint.
         joint: String,
         /// Why.
-        cause: Box<MtgpError>,
+        #[source]
+        cause: Box<TorqueError>,
+    },
+    /// Data that a library refuses.
+    #[error("{file}: {cause}")]
+    Data {
+        /// Path of the data.
+        file: String,
+        /// Why.
+        #[source]
+        cause: Box<TorqueError>,
+    },
+    /// A model that has no torque for what is desired of the robot.
+    #[error("{stop}: {file}: {what}")]
+    FeedForward {
+        /// Path of the model.
+        file: String,
+        /// What the model says, with the joint's name.
+        what: String,
+        /// What stopped the simulation.
+        stop: DynError,
+        /// What the model says.
+        #[source]
+        cause: Box<TorqueError>,
     },
     /// Options that do not fit together, or a path that cannot be used.
     #[error("{0}")]
@@ -162,6 +185,7 @@ pub enum CliError {
         /// Path.
         file: String,
         /// Why.
+        #[source]
         cause: Box<DynError>,
     },
 }
@@ -174,6 +198,21 @@ impl CliError {
             action,
             file,
             source,
+        }
+    }
+
+    /// Turns a library's error into one that names the file of the data, for `map_err`.
+    pub fn of_data<E: Into<TorqueError>>(file: &str) -> impl Fn(E) -> Self {
+        move |cause| match cause.into() {
+            TorqueError::Joint { joint, cause } => Self::Joint {
+                file: file.to_owned(),
+                joint,
+                cause,
+            },
+            cause => Self::Data {
+                file: file.to_owned(),
+                cause: Box::new(cause),
+            },
         }
     }
 }

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use faer::Mat;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use torque_model::Samples;
 
 use crate::columns::{QUANTITIES, StateColumns};
 use crate::joints::Joints;
-use crate::samples::{DataColumns, Samples};
+use crate::samples::DataColumns;
 use crate::table::Table;
 
 const N_FILES: u64 = 10_000;
@@ -203,7 +204,7 @@ fn ten_thousand_spoilt_tables_end_in_an_error_or_the_right_numbers() {
         };
         let read = Table::from_bytes("data.csv".to_owned(), bytes.clone()).and_then(|table| {
             let columns = DataColumns::of_header(&table, "tau", "--joints", &asked)?;
-            let samples = columns.read(table, context)?;
+            let samples = columns.read(table, context)?.samples;
             Ok((columns.joints.names, samples))
         });
         match read {
@@ -238,8 +239,8 @@ fn spoilt_tables_of_a_known_model_too() {
             StateColumns::find("data.csv", &table.column_names(), &joints)?;
             DataColumns::of_joints(&table, joints, "tau", &[0, 1])?.read(table, None)
         });
-        if let Ok(samples) = read {
-            assert_right(&bytes, &names, &samples, None);
+        if let Ok(data) = read {
+            assert_right(&bytes, &names, &data.samples, None);
             n_read += 1;
         }
     }

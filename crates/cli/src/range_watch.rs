@@ -1,8 +1,32 @@
 //! A watch over states outside the range of the training data, where a model extrapolates.
 
-use gp_core::TrainingRanges;
+use faer::MatRef;
+use torque_model::TrainingRanges;
 
+use crate::messages;
 use crate::number_column::NumberColumn;
+
+/// Warns of states outside the training data; `columns` are the covariates' in their order.
+///
+/// # Panics
+/// If `x`, (n, 3ℓ), does not have one column per covariate.
+pub fn warn_outside(
+    ranges: &TrainingRanges,
+    x: MatRef<'_, f64>,
+    file: &str,
+    columns: &[NumberColumn],
+) {
+    let mut watch = RangeWatch::new(ranges);
+    let mut state = vec![0.0; x.ncols()];
+    for row in x.row_iter() {
+        state
+            .iter_mut()
+            .zip(row.iter())
+            .for_each(|(to, x)| *to = *x);
+        watch.see(&state);
+    }
+    watch.warn(file, columns);
+}
 
 /// Counts of states outside the training data, in all and by covariate.
 pub struct RangeWatch<'a> {
@@ -37,10 +61,10 @@ impl<'a> RangeWatch<'a> {
         self.n_rows_outside += u64::from(is_outside);
     }
 
-    /// One sentence if a state was outside; `columns` are the covariates' in their order.
-    pub fn doubt(&self, file: &str, columns: &[NumberColumn]) -> Option<String> {
+    /// Warns if a state was outside; `columns` are the covariates' in their order.
+    pub fn warn(&self, file: &str, columns: &[NumberColumn]) {
         if self.n_rows_outside == 0 {
-            return None;
+            return;
         }
         let by_column: Vec<String> = columns
             .iter()
@@ -48,11 +72,11 @@ impl<'a> RangeWatch<'a> {
             .filter(|(_, count)| **count > 0)
             .map(|(column, count)| format!("`{}` {count}", column.name))
             .collect();
-        Some(format!(
+        messages::warning(format!(
             "{file}: {} of {} rows lie outside the range of the training data, where the model extrapolates (rows by column: {})",
             self.n_rows_outside,
             self.n_rows,
             by_column.join(", ")
-        ))
+        ));
     }
 }

@@ -1,13 +1,14 @@
 //! The robot a command works on: built in, or a URDF file with its sidecar.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use puma_dyn::{Effects, Friction, Model, RobotDescription, load_urdf, puma560};
+use torque_model::RobotSource;
 
 use crate::error::CliError;
 use crate::messages;
-use crate::robot_source::RobotSource;
 
 /// Name of the built-in robot.
 const PUMA_560: &str = "puma560";
@@ -139,11 +140,20 @@ impl<'a> RobotRequest<'a> {
         })
     }
 
-    /// The texts that describe the robot, for a model file that is to make it again.
+    /// Loads the robot with the texts that describe it, for a model file that is to make it again.
     ///
     /// # Errors
-    /// A file that cannot be read.
-    pub fn source(self) -> Result<RobotSource, CliError> {
+    /// As for [`RobotRequest::load`].
+    pub fn load_with_source(self) -> Result<torque_model::Robot, CliError> {
+        let Robot { model, effects, .. } = self.load()?;
+        Ok(torque_model::Robot {
+            source: self.source()?,
+            model: Arc::new(model),
+            effects,
+        })
+    }
+
+    fn source(self) -> Result<RobotSource, CliError> {
         let read = |path: &Path| {
             let file = path.display().to_string();
             std::fs::read_to_string(path).map_err(CliError::io("read", file))

@@ -3,7 +3,7 @@
 use crate::context::{columns_error, listed};
 use crate::context_column::ContextColumn;
 use crate::error::CliError;
-use crate::model_file::LearnedModel;
+use crate::model_file::ModelFile;
 use crate::table::{Row, Table};
 
 /// Where a row's context is known from.
@@ -15,17 +15,13 @@ pub enum RowContexts {
 }
 
 impl RowContexts {
-    /// The context asked for, or the column's; `whose` is the model in messages.
+    /// The context asked for, or the column's.
     ///
     /// # Errors
     /// A context asked for that the model does not have, or of a model of one; neither a context asked for nor a
     /// column, for a model of several.
-    pub fn new(
-        model: &LearnedModel,
-        whose: &str,
-        table: &Table,
-        asked: Option<&str>,
-    ) -> Result<Self, CliError> {
+    pub fn new(model: &ModelFile, table: &Table, asked: Option<&str>) -> Result<Self, CliError> {
+        let whose = &model.file;
         let contexts = match (model.contexts(), asked) {
             ([], None) => return Ok(Self::Same(0)),
             ([], Some(asked)) => {

@@ -1,6 +1,7 @@
 //! Measured states and torques, read whole: what a model is learned from or judged by.
 
 use faer::Mat;
+use torque_model::{JointTorques, Samples};
 
 use crate::columns::StateColumns;
 use crate::context::ContextFilter;
@@ -9,6 +10,7 @@ use crate::degrees::DegreesWatch;
 use crate::error::CliError;
 use crate::header_joints::{chosen, joints_of};
 use crate::joints::{Joints, TORQUE_UNIT};
+use crate::messages;
 use crate::number_column::NumberColumn;
 use crate::table::{Row, Table};
 
@@ -25,24 +27,22 @@ pub struct DataColumns {
 
 /// Rows of a table.
 #[derive(Debug)]
-pub struct Samples {
-    /// (n, 3ℓ), columns (q, qd, qdd).
-    pub x: Mat<f64>,
-    /// Torques of some joints, in ascending order of the joints.
-    pub torques: Vec<JointTorques>,
+pub struct Data {
+    /// States and torques; the rows' contexts only where several count.
+    pub samples: Samples,
     /// Name of the one context; empty if the file does not say, or has several that count.
     pub context: String,
     /// What may be wrong with the data.
-    pub doubts: Vec<String>,
+    doubts: Vec<String>,
 }
 
-/// Measured torques of one joint.
-#[derive(Debug)]
-pub struct JointTorques {
-    /// Index of the joint.
-    pub joint_idx: usize,
-    /// (n,), N·m.
-    pub values: Vec<f64>,
+impl Data {
+    /// Warns of what may be wrong with the data.
+    pub fn warn(&self, file: &str) {
+        for doubt in &self.doubts {
+            messages::warning(format!("{file}: {doubt}"));
+        }
+    }
 }
 
 impl DataColumns {
@@ -147,30 +147,28 @@ impl DataColumns {
     ///
     /// # Errors
     /// A field that is not a finite number, rows of several contexts, no row at all.
-    pub fn read(&self, table: Table, context: Option<&str>) -> Result<Samples, CliError> {
+    pub fn read(&self, table: Table, context: Option<&str>) -> Result<Data, CliError> {
         let mut filter = ContextFilter::new(table.file(), &table.column_names(), context)?;
-        let mut samples = self.read_rows(table, |row| filter.admits(row))?;
-        samples.context = filter.finish(samples.x.nrows())?;
-        Ok(samples)
+        let mut data = self.read_rows(table, |row| filter.admits(row))?;
+        data.context = filter.finish(data.samples.n_rows())?;
+        Ok(data)
     }
 
-    /// Reads all rows, of whatever context.
+    /// Reads all rows, each of one of several contexts.
     ///
     /// # Errors
     /// A field that is not a finite number, a context that is not known, no row at all.
-    pub fn read_all(
-        &self,
-        table: Table,
-        contexts: &mut ContextColumn,
-    ) -> Result<Samples, CliError> {
-        self.read_rows(table, |row| contexts.take(row).map(|_| true))
+    pub fn read_all(&self, table: Table, mut contexts: ContextColumn) -> Result<Data, CliError> {
+        let mut data = self.read_rows(table, |row| contexts.take(row).map(|_| true))?;
+        (data.samples.contexts, data.samples.context_of) = contexts.into_parts();
+        Ok(data)
     }
 
     /// Reads all rows without regard to contexts, with their times if there is a column `t`.
     ///
     /// # Errors
     /// A field that is not a finite number, no row at all.
-    pub fn read_in_time(&self, table: Table) -> Result<(Samples, Vec<f64>), CliError> {
+    pub fn read_in_time(&self, table: Table) -> Result<(Data, Vec<f64>), CliError> {
         let header = table.column_names();
         let column = header
             .iter()
@@ -182,20 +180,20 @@ impl DataColumns {
                 unit: "s",
             });
         let mut times = Vec::new();
-        let samples = self.read_rows(table, |row| {
+        let data = self.read_rows(table, |row| {
             if let Some(column) = &column {
                 times.push(row.number(column)?);
             }
             Ok(true)
         })?;
-        Ok((samples, times))
+        Ok((data, times))
     }
 
     fn read_rows(
         &self,
         mut table: Table,
         mut admits: impl FnMut(Row<'_>) -> Result<bool, CliError>,
-    ) -> Result<Samples, CliError> {
+    ) -> Result<Data, CliError> {
         let n_covariates = self.states.states.len();
         let mut degrees = DegreesWatch::without_robot(&self.states.states[..n_covariates / 3]);
         let mut states = Vec::new(); // row-major
@@ -215,7 +213,10 @@ impl DataColumns {
         }
         let n_rows = states.len() / n_covariates;
         let joint_idxs = self.torques.iter().map(|(joint_idx, _)| *joint_idx);
-        Ok(Samples {
+        let samples = Samples {
+            joint_names: self.joints.names.clone(),
+            contexts: Vec::new(),
+            context_of: Vec::new(),
             x: Mat::from_fn(n_rows, n_covariates, |row, col| {
                 states[row * n_covariates + col]
             }),
@@ -223,6 +224,9 @@ impl DataColumns {
                 .zip(torques)
                 .map(|(joint_idx, values)| JointTorques { joint_idx, values })
                 .collect(),
+        };
+        Ok(Data {
+            samples,
             context: String::new(),
             doubts: degrees.doubts(),
         })

@@ -3,9 +3,11 @@
 use std::f64::consts::PI;
 
 use faer::Mat;
-use gp_core::{FitOptions, LinearForm, TorqueModel};
+use gp_core::FitOptions;
 use kernels::TorqueForm;
 use serde_json::Value;
+use torque_model::learn::{Learn, Linear, SingleProcess};
+use torque_model::{JointTorques, Provenance, RobotModel, Samples};
 
 use crate::command::{Folder, column};
 use crate::puma_samples::{folder, rows};
@@ -28,8 +30,8 @@ fn stdout(folder: &Folder, arguments: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-fn load(folder: &Folder, file: &str) -> TorqueModel {
-    TorqueModel::from_bytes(&std::fs::read(folder.path(file)).unwrap()).unwrap()
+fn load(folder: &Folder, file: &str) -> RobotModel {
+    RobotModel::from_bytes(&std::fs::read(folder.path(file)).unwrap()).unwrap()
 }
 
 /// The entry of a joint in the output of `evaluate --json`.
@@ -54,6 +56,17 @@ fn assert_close(value: &Value, expected: f64, what: &str) {
     );
 }
 
+/// A joint, by its number, learned by the library.
+fn learned(train: &str, joint: usize, learner: &dyn Learn) -> RobotModel {
+    let names = (1..=6).map(|number| format!("joint{number}")).collect();
+    let torques = JointTorques {
+        joint_idx: joint - 1,
+        values: column(train, &format!("tau{joint}")),
+    };
+    let samples = Samples::of_one_context(names, states(train), vec![torques]).unwrap();
+    RobotModel::learn(&samples, learner, Provenance::new("a test", b"")).unwrap()
+}
+
 #[test]
 fn a_model_predicts_in_another_process_what_the_library_predicts_here() {
     let folder = folder(60);
@@ -75,11 +88,10 @@ fn a_model_predicts_in_another_process_what_the_library_predicts_here() {
     let (train, test) = (folder.read("train.csv"), states(&folder.read("test.csv")));
     let (latent, observed) = (folder.read("latent.csv"), folder.read("observed.csv"));
     for joint in [1, 3] {
-        let torques = column(&train, &format!("tau{joint}"));
         let (form, options) = (TorqueForm::Coulomb, FitOptions::chapter());
-        let fit = gp_core::fit(states(&train).as_ref(), &torques, form, &options).unwrap();
-        let prediction = fit.posterior.predict(test.as_ref()).unwrap();
-        let noise_var = fit.noise_std().powi(2);
+        let model = learned(&train, joint, &SingleProcess { form, options });
+        let prediction = model.predict(0, test.as_ref()).unwrap().remove(0);
+        let noise_var = prediction.noise_var;
         let with_noise = |noise_var: f64| -> Vec<f64> {
             let vars = prediction.var.iter();
             vars.map(|var| (var + noise_var).sqrt()).collect()
@@ -146,12 +158,10 @@ fn the_linear_model_is_the_librarys() {
     folder.run("fit --data train.csv --model lrc --joints 2 --output model.tgp");
     let model = load(&folder, "model.tgp");
     let train = folder.read("train.csv");
-    let torques = column(&train, "tau2");
-    let linear =
-        gp_core::BayesLinear::fit(states(&train).as_ref(), &torques, LinearForm::Coulomb).unwrap();
+    let linear = learned(&train, 2, &Linear::coulomb());
     let test = states(&folder.read("test.csv"));
-    let prediction = &model.predict(test.as_ref()).unwrap()[0];
-    assert_eq!(prediction.mean, linear.predict_mean(test.as_ref()).unwrap());
+    let predict = |model: &RobotModel| model.predict(0, test.as_ref()).unwrap();
+    assert_eq!(predict(&model), predict(&linear));
     assert_eq!(model.joint_names()[5], "joint6");
     assert_eq!(model.provenance().context, "c3");
     assert_eq!(model.ranges().n_samples(), 50);
@@ -246,7 +256,7 @@ fn many_rows_are_predicted_in_blocks_without_a_seam() {
     assert!(note.contains("2500 rows written to y.csv"), "{note}");
     let y = folder.read("y.csv");
     let model = load(&folder, "model.tgp");
-    let expected = &model.predict(states(&all).as_ref()).unwrap()[0];
+    let expected = &model.predict(0, states(&all).as_ref()).unwrap()[0];
     assert_eq!(column(&y, "m2"), expected.mean);
     assert_eq!(column(&y, "t"), column(&all, "t"));
 }
@@ -282,7 +292,7 @@ fn one_context_of_several_can_be_chosen() {
     folder.run("fit --data train.csv --model lrc --output alone.tgp");
     folder.run("fit --data both.csv --model lrc --context c3 --output chosen.tgp");
     let x = states(&train);
-    let predict = |file: &str| load(&folder, file).predict(x.as_ref()).unwrap();
+    let predict = |file: &str| load(&folder, file).predict(0, x.as_ref()).unwrap();
     assert_eq!(predict("alone.tgp"), predict("chosen.tgp"));
     let warning = folder.run("evaluate --model alone.tgp --data c9.csv");
     let expected = "measured with `c9`, but the model was learned with `c3`";

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use faer::Mat;
-use mtgp::MultiTaskModel;
 use mtgp::context::{ContextPrior, JointTorques, chi_squared_upper_tail, context_evidence};
 use serde_json::Value;
+use torque_model::RobotModel;
 
 use crate::command::{Folder, column};
 
@@ -67,11 +67,11 @@ const ADAPT: &str = "adapt --model model.tgp --data new.csv --context c3 --outpu
 fn the_total_is_that_of_the_library_and_its_last_row_the_same_with_a_long_window() {
     let folder = folder();
     let bytes = std::fs::read(folder.path("model.tgp")).unwrap();
-    let model = MultiTaskModel::from_bytes(&bytes).unwrap();
+    let model = RobotModel::from_bytes(&bytes).unwrap();
     let log = folder.read("log.csv");
     let torques = column(&log, "tau1");
     let joint = JointTorques {
-        model: &model.learned()[0].1.posterior,
+        model: &model.learned()[0].1.tasks().unwrap().posterior,
         torques: &torques,
     };
     let evidence = context_evidence(&[joint], states(&log).as_ref()).unwrap();
@@ -168,9 +168,10 @@ fn a_row_alone_keeps_the_old_contexts_to_the_bit_and_an_adapted_model_predicts_t
     }
     // Another process reads the file, and says what the library says of the same samples.
     let bytes = std::fs::read(folder.path("more.tgp")).unwrap();
-    let library = MultiTaskModel::from_bytes(&bytes).unwrap();
+    let library = RobotModel::from_bytes(&bytes).unwrap();
     let x = states(&folder.read("test.csv"));
-    let expected = &library.predict("c3", x.as_ref()).unwrap()[0].mean;
+    let number = library.number_of("c3").unwrap();
+    let expected = &library.predict(number, x.as_ref()).unwrap()[0].mean;
     let found = predict("more.tgp", "c3");
     assert_eq!(&column(&found, "m1"), expected);
     assert_ne!(found, of_row_alone);

@@ -1,9 +1,7 @@
 //! The model of one joint's torque: the five that a file can hold.
 
 use faer::MatRef;
-use gp_core::fit::{
-    BayesLinear, InformedFit, LinearForm, RigidBodyAndProcess, RigidBodyCovariance,
-};
+use gp_core::fit::{BayesLinear, InformedFit, LinearForm, RigidBodyAndProcess, RigidBodyCovariance};
 use gp_core::{Fit, Prediction};
 use kernels::{TorqueCovariance, TorqueForm};
 use mtgp::TaskFit;
@@ -91,6 +89,17 @@ impl JointModel {
     /// Variance of the noise of an observation, N²·m².
     pub fn noise_var(&self) -> f64 {
         self.function().noise_var()
+    }
+
+    /// Its root, N·m, as the model has it.
+    pub fn noise_std(&self) -> f64 {
+        match self {
+            Self::Linear(_) => self.noise_var().sqrt(),
+            Self::Process(process) => process.posterior.noise_std(),
+            Self::Tasks(process) => process.posterior.noise_std(),
+            Self::RigidBody(process) => process.posterior.noise_std(),
+            Self::RigidBodyAndProcess(process) => process.posterior.noise_std(),
+        }
     }
 
     /// How the hyperparameters were found; `None` for a linear model, which has none.

@@ -3,31 +3,17 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use gp_core::optimize::MinimizeOptions;
-use gp_core::{Provenance, TrainingRanges};
-use mtgp::latent::LatentFunctions;
-use mtgp::novel::{Border, NewTorques, fit_row_from_population};
-use mtgp::prior::TaskRow;
-use mtgp::{ModelParts, MtgpError, MultiTaskModel, TaskProcess};
-use sha2::{Digest, Sha256};
+use torque_model::{Adapt, JointTorques, Provenance, RobotModel, Samples, TorqueError};
 
-use crate::context::{COLUMN, columns_error, listed};
+use crate::context::{COLUMN, listed};
 use crate::error::CliError;
 use crate::messages;
-use crate::model_file::LearnedModel;
+use crate::model_file::ModelFile;
 use crate::output::{self, Output};
-use crate::range_watch::RangeWatch;
-use crate::samples::{DataColumns, JointTorques, Samples};
-use crate::spread::{rows_of, spread};
+use crate::range_watch::warn_outside;
+use crate::samples::{Data, DataColumns};
 use crate::table::{self, Table};
 use crate::text_table;
-
-/// Rows that are learned from at most, with the model conditioned on them and without.
-const ROWS: usize = 200;
-const ROWS_OF_ROW_ONLY: usize = 20;
-
-/// Known rows that a search for the new one sets out from, beside least squares.
-const N_NEAREST: usize = 2;
 
 /// Add a context to a model of several, from a few of its measured torques
 ///
@@ -89,29 +75,30 @@ Exit status: 0, or 2 for bad input or usage; then there is one message and no ou
 /// Anything wrong with the options or a file, or a joint that cannot be learned; no output is left.
 pub fn run(args: &Args) -> Result<(), CliError> {
     output::check_not_an_input(&args.output, &[&args.data])?;
-    let learned = LearnedModel::load(&args.model)?;
-    let whose = args.model.display().to_string();
-    let model = learned.several(&whose)?;
-    require_new(&args.context, model, &whose)?;
+    let model = ModelFile::load_several(&args.model)?;
+    require_new(&args.context, &model)?;
     let (file, bytes) = table::read_bytes(&args.data)?;
-    let data_sha256: [u8; 32] = Sha256::digest(&bytes).into();
+    let version = env!("CARGO_PKG_VERSION");
+    let program = format!("torque-gp {version} (`{}` added)", args.context);
+    let provenance =
+        (model.provenance()).with_data(&program, Provenance::new(&program, &bytes).data_sha256);
     let table = Table::from_bytes(file.clone(), bytes)?;
-    let columns = DataColumns::of_joints(
-        &table,
-        learned.joints(),
-        &args.tau_prefix,
-        &learned.learned(),
-    )?;
-    learned.note_order(&file, &columns.states);
+    let (prefix, learned) = (&args.tau_prefix, model.learned_joints());
+    let columns = DataColumns::of_joints(&table, model.joints(), prefix, &learned)?;
+    model.note_order(&file, &columns.states);
     let has_column = table.column_names().iter().any(|name| name == COLUMN);
-    let samples = columns.read(table, has_column.then_some(args.context.as_str()))?;
-    warn(&file, &samples, &columns, model);
+    let data = columns.read(table, has_column.then_some(args.context.as_str()))?;
+    warn(&file, &data, &columns, &model);
 
     let mut output = Output::create(&args.output)?;
-    let grown = adapt(args, model, &samples, &file)?;
-    let grown = with_origin(&grown, data_sha256, &args.context)
-        .map_err(|cause| columns_error(&file, cause.to_string()))?;
-    messages::report(report(&grown, &samples, &file)?);
+    let how = Adapt {
+        is_row_only: args.row_only,
+        most_rows: args.rows.map(|rows| rows as usize),
+        ..Adapt::default()
+    };
+    let grown = torque_model::adapt(&model, &args.context, &data.samples, how, provenance)
+        .map_err(CliError::of_data(&file))?;
+    messages::report(report(&grown, &data.samples).map_err(CliError::of_data(&file))?);
     let name = output.name().to_owned();
     output
         .write_all(&grown.to_bytes())
@@ -124,7 +111,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     Ok(())
 }
 
-fn require_new(name: &str, model: &MultiTaskModel, whose: &str) -> Result<(), CliError> {
+fn require_new(name: &str, model: &ModelFile) -> Result<(), CliError> {
     if name.trim().is_empty() || name.trim() != name {
         return Err(CliError::Usage(format!(
             "--context `{name}`: a name is needed, without blanks around it"
@@ -132,29 +119,20 @@ fn require_new(name: &str, model: &MultiTaskModel, whose: &str) -> Result<(), Cl
     }
     if model.contexts().iter().any(|known| known == name) {
         return Err(CliError::Usage(format!(
-            "--context {name}: {whose} has it already; it has {}",
+            "--context {name}: {} has it already; it has {}",
+            model.file,
             listed(model.contexts())
         )));
     }
     Ok(())
 }
 
-fn warn(file: &str, samples: &Samples, columns: &DataColumns, model: &MultiTaskModel) {
-    for doubt in &samples.doubts {
-        messages::warning(format!("{file}: {doubt}"));
-    }
-    let mut ranges = RangeWatch::new(model.ranges());
-    for row in 0..samples.x.nrows() {
-        ranges.see(&samples.x.row(row).iter().copied().collect::<Vec<f64>>());
-    }
-    let doubt = ranges.doubt(file, &columns.states.states);
-    doubt.into_iter().for_each(messages::warning);
-    let rank = model
-        .learned()
-        .iter()
-        .map(|(_, process)| process.covariance().task().rank())
-        .max();
-    let (n_rows, rank) = (samples.x.nrows(), rank.unwrap_or_default());
+fn warn(file: &str, data: &Data, columns: &DataColumns, model: &ModelFile) {
+    data.warn(file);
+    let x = data.samples.x.as_ref();
+    warn_outside(model.ranges(), x, file, &columns.states.states);
+    let ranks = model.tasks().map(|(_, of)| of.covariance().task().rank());
+    let (n_rows, rank) = (x.nrows(), ranks.max().unwrap_or_default());
     if n_rows < rank {
         messages::warning(format!(
             "{file}: {n_rows} rows for a model of rank {rank}: the known contexts say what they leave open"
@@ -162,111 +140,27 @@ fn warn(file: &str, samples: &Samples, columns: &DataColumns, model: &MultiTaskM
     }
 }
 
-/// Learns the rows of all joints, and unless they are all that is asked for conditions on the torques.
-fn adapt(
-    args: &Args,
-    model: &MultiTaskModel,
-    samples: &Samples,
-    file: &str,
-) -> Result<MultiTaskModel, CliError> {
-    let most = match (args.rows, args.row_only) {
-        (Some(rows), _) => rows as usize,
-        (None, false) => ROWS,
-        (None, true) => ROWS_OF_ROW_ONLY,
-    };
-    let places = spread(samples.x.nrows(), most);
-    let x = rows_of(samples.x.as_ref(), &places);
-    let torques_of = |joint: &JointTorques| -> Vec<f64> {
-        places.iter().map(|&row| joint.values[row]).collect()
-    };
-    let row_of = |(process, joint): (&TaskProcess, &JointTorques)| -> Result<TaskRow, MtgpError> {
-        let torques = torques_of(joint);
-        let latent = LatentFunctions::new(&process.posterior, x.as_ref())?;
-        let new = NewTorques {
-            latent: &latent,
-            torques: &torques,
-        };
-        let known = process.covariance().task().rows();
-        let fit = fit_row_from_population(&[new], &known, Border::InSpan, N_NEAREST, &search())?;
-        Ok(fit.row)
-    };
-    let mut rows = Vec::new();
-    for ((joint_idx, process), joint) in model.learned().iter().zip(&samples.torques) {
-        let row = row_of((process, joint)).map_err(|cause| CliError::Joint {
-            file: file.to_owned(),
-            joint: model.joint_names()[*joint_idx].clone(),
-            cause: Box::new(cause),
-        })?;
-        rows.push(row);
-    }
-    let unusable = |cause: MtgpError| columns_error(file, cause.to_string());
-    let ranges = TrainingRanges::of(samples.x.as_ref()).map_err(|cause| unusable(cause.into()))?;
-    let grown = model
-        .with_context(&args.context, &rows, ranges)
-        .map_err(unusable)?;
-    if args.row_only {
-        return Ok(grown);
-    }
-    let torques: Vec<Vec<f64>> = samples.torques.iter().map(torques_of).collect();
-    grown
-        .with_samples(&args.context, x.as_ref(), &torques)
-        .map_err(unusable)
-}
-
-/// How long to search for a row.
-fn search() -> MinimizeOptions {
-    MinimizeOptions {
-        gradient_tolerance: 1e-4,
-        value_tolerance: 1e-8,
-        max_evaluations: 200,
-        max_recoveries: 5,
-    }
-}
-
-/// The grown model, whose data are those of the old one and the new ones.
-fn with_origin(
-    model: &MultiTaskModel,
-    data_sha256: [u8; 32],
-    context: &str,
-) -> Result<MultiTaskModel, gp_core::GpError> {
-    let old = model.provenance();
-    let both = Sha256::new()
-        .chain_update(old.data_sha256)
-        .chain_update(data_sha256);
-    MultiTaskModel::new(ModelParts {
-        provenance: Provenance {
-            data_sha256: both.finalize().into(),
-            robot_sha256: old.robot_sha256,
-            program: format!(
-                "torque-gp {} (`{context}` added)",
-                env!("CARGO_PKG_VERSION")
-            ),
-            context: old.context.clone(),
-        },
-        ..model.parts().clone()
-    })
-}
-
 /// Errors at the rows: of the new context, and of the known one that does best.
-fn report(model: &MultiTaskModel, samples: &Samples, file: &str) -> Result<String, CliError> {
+fn report(model: &RobotModel, samples: &Samples) -> Result<String, TorqueError> {
     let new = model.contexts().len() - 1;
     let mut lines = Vec::new();
-    for ((joint_idx, process), joint) in model.learned().iter().zip(&samples.torques) {
-        let error_of = |task| {
-            let rows = process.covariance().rows_of(samples.x.as_ref(), task)?;
-            let mean = process.posterior.predict_mean(rows.as_ref())?;
-            Ok(root_mean_square(&mean, &joint.values))
+    for ((_, joint_model), joint) in model.learned().iter().zip(&samples.torques) {
+        let error_of = |context| {
+            let function = joint_model.function();
+            let mean = function.predict_mean(context, samples.x.as_ref())?;
+            Ok(root_mean_square(&mean, joint))
         };
-        let errors: Result<Vec<f64>, MtgpError> = (0..=new).map(error_of).collect();
-        let errors = errors.map_err(|cause| columns_error(file, cause.to_string()))?;
+        let errors: Vec<f64> = (0..=new)
+            .map(error_of)
+            .collect::<Result<_, TorqueError>>()?;
         let mut best = 0;
-        for task in 0..new {
-            if errors[task] < errors[best] {
-                best = task;
+        for context in 0..new {
+            if errors[context] < errors[best] {
+                best = context;
             }
         }
         lines.push(vec![
-            model.joint_names()[*joint_idx].clone(),
+            samples.name_of(joint).to_owned(),
             format!("{:.4e}", errors[new]),
             model.contexts()[best].clone(),
             format!("{:.4e}", errors[best]),
@@ -276,7 +170,8 @@ fn report(model: &MultiTaskModel, samples: &Samples, file: &str) -> Result<Strin
     Ok(text_table::render(&header, &lines))
 }
 
-fn root_mean_square(mean: &[f64], torques: &[f64]) -> f64 {
-    let squares: f64 = mean.iter().zip(torques).map(|(m, t)| (m - t).powi(2)).sum();
-    (squares / torques.len() as f64).sqrt()
+fn root_mean_square(mean: &[f64], joint: &JointTorques) -> f64 {
+    let errors = mean.iter().zip(&joint.values);
+    let squares: f64 = errors.map(|(m, t)| (m - t).powi(2)).sum();
+    (squares / joint.values.len() as f64).sqrt()
 }

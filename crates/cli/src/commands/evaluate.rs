@@ -3,17 +3,17 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
+use torque_model::{JointPrediction, JointTorques};
 
-use crate::commands::predict::{BLOCK, predict};
 use crate::context_column::ContextColumn;
 use crate::data_args::DataArgs;
 use crate::error::CliError;
 use crate::messages;
-use crate::model_file::LearnedModel;
+use crate::model_file::ModelFile;
 use crate::printed::PrintArgs;
-use crate::range_watch::RangeWatch;
+use crate::range_watch::warn_outside;
 use crate::row_contexts::number_of;
-use crate::samples::{DataColumns, JointTorques, Samples};
+use crate::samples::{Data, DataColumns};
 use crate::score::Score;
 use crate::table::Table;
 use crate::text_table;
@@ -87,16 +87,22 @@ struct ContextScores {
 /// # Errors
 /// Anything wrong with the options or a file.
 pub fn run(args: &Args) -> Result<(), CliError> {
-    let model = LearnedModel::load(&args.model)?;
+    let model = ModelFile::load(&args.model)?;
     let table = Table::open(&args.data.path)?;
     let file = table.file().to_owned();
     let tau_prefix = &args.data.tau_prefix;
-    let columns = DataColumns::of_joints(&table, model.joints(), tau_prefix, &model.learned())?;
+    let learned = model.learned_joints();
+    let columns = DataColumns::of_joints(&table, model.joints(), tau_prefix, &learned)?;
     model.note_order(&file, &columns.states);
-    let (samples, numbers) = read(args, &model, &columns, table)?;
-    warn(&file, &samples, &columns, &model);
+    let (data, numbers) = read(args, &model, &columns, table)?;
+    warn(&file, &data, &columns, &model);
 
-    let scores = Scores::new(&model, &samples, &numbers, &file)?;
+    let x = data.samples.x.as_ref();
+    let scores = Scores {
+        torques: &data.samples.torques,
+        joint_names: model.joint_names(),
+        predictions: model.predict_rows(&numbers, x, &file, 0)?,
+    };
     match model.contexts() {
         [] => {
             let rows: Vec<usize> = (0..numbers.len()).collect();
@@ -116,98 +122,61 @@ pub fn run(args: &Args) -> Result<(), CliError> {
 /// The rows and the numbers of their contexts.
 fn read(
     args: &Args,
-    model: &LearnedModel,
+    model: &ModelFile,
     columns: &DataColumns,
     table: Table,
-) -> Result<(Samples, Vec<usize>), CliError> {
-    let whose = args.model.display().to_string();
+) -> Result<(Data, Vec<usize>), CliError> {
     let asked = args.data.context.as_deref();
     let contexts = model.contexts();
     if contexts.is_empty() || asked.is_some() {
         let number = match (asked, contexts) {
-            (Some(asked), [_, ..]) => number_of(asked, contexts, &whose)?,
+            (Some(asked), [_, ..]) => number_of(asked, contexts, &model.file)?,
             _ => 0,
         };
-        let samples = columns.read(table, asked)?;
-        let numbers = vec![number; samples.x.nrows()];
-        return Ok((samples, numbers));
+        let data = columns.read(table, asked)?;
+        let numbers = vec![number; data.samples.n_rows()];
+        return Ok((data, numbers));
     }
-    let mut column =
-        ContextColumn::of_known(table.file(), &table.column_names(), contexts, &whose)?;
-    let samples = columns.read_all(table, &mut column)?;
-    Ok((samples, column.numbers().to_vec()))
+    let header = table.column_names();
+    let column = ContextColumn::of_known(table.file(), &header, contexts, &model.file)?;
+    let data = columns.read_all(table, column)?;
+    let numbers = data.samples.context_of.clone();
+    Ok((data, numbers))
 }
 
-fn warn(file: &str, samples: &Samples, columns: &DataColumns, model: &LearnedModel) {
+fn warn(file: &str, data: &Data, columns: &DataColumns, model: &ModelFile) {
     let context = &model.provenance().context;
-    if !context.is_empty() && !samples.context.is_empty() && *context != samples.context {
+    if !context.is_empty() && !data.context.is_empty() && *context != data.context {
         messages::warning(format!(
             "{file}: measured with `{}`, but the model was learned with `{context}`",
-            samples.context
+            data.context
         ));
     }
-    for doubt in &samples.doubts {
-        messages::warning(format!("{file}: {doubt}"));
-    }
-    let mut ranges = RangeWatch::new(model.ranges());
-    let mut state = vec![0.0; samples.x.ncols()];
-    for row in 0..samples.x.nrows() {
-        for (value, entry) in state.iter_mut().zip(samples.x.row(row).iter()) {
-            *value = *entry;
-        }
-        ranges.see(&state);
-    }
-    ranges
-        .doubt(file, &columns.states.states)
-        .into_iter()
-        .for_each(messages::warning);
+    data.warn(file);
+    let x = data.samples.x.as_ref();
+    warn_outside(model.ranges(), x, file, &columns.states.states);
 }
 
 /// Predictions at all samples, to be compared with the torques of some of them.
 struct Scores<'a> {
-    samples: &'a Samples,
+    torques: &'a [JointTorques],
     joint_names: &'a [String],
-    /// Mean, latent variance and noise variance of every joint.
-    moments: Vec<(Vec<f64>, Vec<f64>, f64)>,
+    predictions: Vec<JointPrediction>,
 }
 
-impl<'a> Scores<'a> {
-    fn new(
-        model: &'a LearnedModel,
-        samples: &'a Samples,
-        numbers: &[usize],
-        file: &str,
-    ) -> Result<Self, CliError> {
-        let n_samples = samples.x.nrows();
-        let mut moments = vec![(Vec::new(), Vec::new(), 0.0); samples.torques.len()];
-        for first in (0..n_samples).step_by(BLOCK) {
-            let count = BLOCK.min(n_samples - first);
-            let block = samples.x.subrows(first, count);
-            let contexts = &numbers[first..first + count];
-            let predictions = predict(model, block, contexts, file, first)?;
-            for (joint, prediction) in moments.iter_mut().zip(predictions) {
-                joint.0.extend(prediction.mean);
-                joint.1.extend(prediction.var);
-                joint.2 = prediction.noise_var;
-            }
-        }
-        Ok(Self {
-            samples,
-            joint_names: model.joint_names(),
-            moments,
-        })
-    }
-
+impl Scores<'_> {
     fn of_rows(&self, rows: &[usize]) -> Vec<JointScore> {
         let of = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<f64>>();
-        let joints = self.samples.torques.iter().zip(&self.moments);
-        let score =
-            |(torques, (mean, var, noise_var)): (&JointTorques, &(Vec<f64>, Vec<f64>, f64))| {
-                JointScore {
-                    joint: self.joint_names[torques.joint_idx].clone(),
-                    score: Score::of(&of(&torques.values), &of(mean), &of(var), *noise_var),
-                }
-            };
+        let joints = self.torques.iter().zip(&self.predictions);
+        let score = |(torques, joint): (&JointTorques, &JointPrediction)| JointScore {
+            joint: self.joint_names[torques.joint_idx].clone(),
+            score: Score::of(
+                &of(&torques.values),
+                &of(&joint.mean),
+                &of(&joint.var),
+                joint.noise_var,
+            ),
+        };
         joints.map(score).collect()
     }
 }

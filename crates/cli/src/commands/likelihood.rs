@@ -4,19 +4,19 @@ use std::path::PathBuf;
 
 use gp_core::LikelihoodOptions;
 use gp_core::evidence::{Evidence, evidence};
+use mtgp::Stacked;
 use mtgp::prior::TaskNoise;
-use mtgp::{MtgpError, Stacked};
 use serde::Serialize;
+use torque_model::{Samples, TorqueError};
 
 use crate::context_column::ContextColumn;
 use crate::data_args::DataArgs;
 use crate::error::CliError;
 use crate::hyperparameter_file::Hyperparameters;
-use crate::messages;
 use crate::method::MethodArg;
 use crate::noise_std::NoiseStd;
 use crate::printed::PrintArgs;
-use crate::samples::{DataColumns, Samples};
+use crate::samples::{Data, DataColumns};
 use crate::table::Table;
 use crate::text_table;
 
@@ -97,17 +97,14 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         n_joints: columns.joints.names.len(),
         hyperparameters: &hyperparameters,
     };
-    let (samples, numbers) = job.read(table, &columns)?;
-    for doubt in &samples.doubts {
-        messages::warning(format!("{file}: {doubt}"));
-    }
-    let outcome = job
-        .outcome(&samples, &numbers)
-        .map_err(|cause| CliError::Joint {
-            file,
-            joint: columns.joints.names[samples.torques[0].joint_idx].clone(),
-            cause: Box::new(cause),
-        })?;
+    let data = job.read(table, &columns)?;
+    data.warn(&file);
+    let samples = &data.samples;
+    let outcome = job.outcome(samples).map_err(|cause| CliError::Joint {
+        file,
+        joint: samples.name_of(&samples.torques[0]).to_owned(),
+        cause: Box::new(cause),
+    })?;
     args.print
         .print(&outcome, |outcome| outcome.table(&hyperparameters))
 }
@@ -120,11 +117,11 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// The rows and, if the hyperparameters name contexts, the number of each row's.
-    fn read(&self, table: Table, columns: &DataColumns) -> Result<(Samples, Vec<usize>), CliError> {
+    /// The rows; if the hyperparameters name contexts, those of all of them.
+    fn read(&self, table: Table, columns: &DataColumns) -> Result<Data, CliError> {
         let DataArgs { path, context, .. } = &self.args.data;
         let Some(contexts) = &self.hyperparameters.contexts else {
-            return Ok((columns.read(table, context.as_deref())?, Vec::new()));
+            return columns.read(table, context.as_deref());
         };
         let whose = self.args.hyperparameters.display().to_string();
         if let Some(context) = context {
@@ -133,22 +130,24 @@ impl Job<'_> {
             )));
         }
         let header = table.column_names();
-        let mut column = ContextColumn::of_known(table.file(), &header, contexts, &whose)?;
-        let samples = columns.read_all(table, &mut column)?;
-        if let Some(absent) = column.absent() {
-            let data = path.display();
+        let column = ContextColumn::of_known(table.file(), &header, contexts, &whose)?;
+        let data = columns.read_all(table, column)?;
+        let numbers = &data.samples.context_of;
+        if let Some(absent) = (0..contexts.len()).find(|number| !numbers.contains(number)) {
+            let absent = &contexts[absent];
+            let path = path.display();
             return Err(CliError::Hyperparameters {
                 file: whose,
                 reason: format!(
-                    "`contexts`: `{absent}` has no row in {data}; leave it and its row of `task_factor` out"
+                    "`contexts`: `{absent}` has no row in {path}; leave it and its row of `task_factor` out"
                 ),
             });
         }
-        Ok((samples, column.numbers().to_vec()))
+        Ok(data)
     }
 
-    fn outcome(&self, samples: &Samples, numbers: &[usize]) -> Result<Outcome, MtgpError> {
-        let evidence = self.evidence(samples, numbers)?;
+    fn outcome(&self, samples: &Samples) -> Result<Outcome, TorqueError> {
+        let evidence = self.evidence(samples)?;
         let covariance = self.hyperparameters.covariance(self.n_joints);
         Ok(Outcome {
             log_marginal_likelihood: evidence.evaluation.log_marginal_likelihood,
@@ -159,7 +158,7 @@ impl Job<'_> {
         })
     }
 
-    fn evidence(&self, samples: &Samples, numbers: &[usize]) -> Result<Evidence, MtgpError> {
+    fn evidence(&self, samples: &Samples) -> Result<Evidence, TorqueError> {
         let options = LikelihoodOptions {
             method: self.args.method.method(),
             ..LikelihoodOptions::automatic()
@@ -170,7 +169,7 @@ impl Job<'_> {
             let covariance = self.hyperparameters.covariance(self.n_joints);
             return Ok(evidence(&covariance, noise_std[0], x, torques, options)?);
         };
-        let data = Stacked::new(x, numbers, prior.n_tasks())?;
+        let data = Stacked::new(x, &samples.context_of, prior.n_tasks())?;
         let targets = data.stack(torques);
         match &self.hyperparameters.noise_std {
             NoiseStd::Shared(noise_std) => Ok(evidence(
@@ -181,7 +180,8 @@ impl Job<'_> {
                 options,
             )?),
             NoiseStd::OfContexts(noise_std) => {
-                TaskNoise::new(prior, noise_std.clone())?.evidence(&data, &targets, options)
+                let noise = TaskNoise::new(prior, noise_std.clone())?;
+                Ok(noise.evidence(&data, &targets, options)?)
             }
         }
     }

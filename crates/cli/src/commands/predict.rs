@@ -2,14 +2,13 @@
 
 use std::path::PathBuf;
 
-use faer::{Mat, MatRef};
-use gp_core::JointPrediction;
+use faer::MatRef;
 
 use crate::columns::StateColumns;
 use crate::degrees::DegreesWatch;
 use crate::error::CliError;
 use crate::messages;
-use crate::model_file::LearnedModel;
+use crate::model_file::ModelFile;
 use crate::output::{self, Output};
 use crate::range_watch::RangeWatch;
 use crate::result_table::{self, ResultTable};
@@ -17,7 +16,7 @@ use crate::row_contexts::RowContexts;
 use crate::table::{Row, Table};
 
 /// Rows predicted together.
-pub const BLOCK: usize = 1024;
+const BLOCK: usize = 1024;
 
 /// Torques of a learned model, mean and standard deviation, for every row of a CSV of states
 ///
@@ -81,24 +80,23 @@ Exit status: 0, or 2 for bad input or usage; then there is one message and no ou
 /// Anything wrong with the options or a file; no output is left.
 pub fn run(args: &Args) -> Result<(), CliError> {
     output::check_not_an_input(&args.output, &[&args.model, &args.input])?;
-    let model = LearnedModel::load(&args.model)?;
+    let model = ModelFile::load(&args.model)?;
     let table = Table::open(&args.input)?;
     let file = table.file().to_owned();
     let columns = StateColumns::find(&file, &table.column_names(), &model.joints())?;
     model.note_order(&file, &columns);
-    let whose = args.model.display().to_string();
-    let contexts = RowContexts::new(&model, &whose, &table, args.context.as_deref())?;
+    let contexts = RowContexts::new(&model, &table, args.context.as_deref())?;
     let names = columns
         .naming
         .columns(&args.tau_prefix, model.joint_names());
-    let added = model.learned().into_iter().flat_map(|joint_idx| {
+    let added = model.learned_joints().into_iter().flat_map(|joint_idx| {
         let name = &names[joint_idx];
         [name.clone(), format!("{name}_std")]
     });
     let mut job = Job {
         result: ResultTable::new(&table, &columns, args.keep_states, added.collect())?,
         ranges: RangeWatch::new(model.ranges()),
-        degrees: DegreesWatch::without_robot(&columns.states[..model.joint_names().len()]),
+        degrees: DegreesWatch::without_robot(&columns.states[..model.n_joints()]),
         contexts,
         model: &model,
         columns: &columns,
@@ -112,10 +110,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     job.convert(table, &mut output)?;
 
     job.degrees.doubts().into_iter().for_each(messages::warning);
-    job.ranges
-        .doubt(&file, &columns.states)
-        .into_iter()
-        .for_each(messages::warning);
+    job.ranges.warn(&file, &columns.states);
     let (name, n_rows) = (output.name().to_owned(), job.n_predicted);
     output.commit()?;
     let kind = if args.observed {
@@ -131,7 +126,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
 
 /// Everything that a block of rows needs.
 struct Job<'a> {
-    model: &'a LearnedModel,
+    model: &'a ModelFile,
     contexts: RowContexts,
     columns: &'a StateColumns,
     result: ResultTable,
@@ -167,7 +162,7 @@ impl Job<'_> {
             self.states.push(row.number(column)?);
         }
         let x = &self.states[first..];
-        self.degrees.see(&x[..self.model.joint_names().len()]);
+        self.degrees.see(&x[..self.model.n_joints()]);
         self.ranges.see(x);
         let copied = self.result.copied_fields(row).map(str::to_owned);
         self.copied.push(copied.collect());
@@ -176,13 +171,9 @@ impl Job<'_> {
 
     /// Predicts and writes the block, and empties it.
     fn write_block(&mut self, file: &str, output: &mut Output) -> Result<(), CliError> {
-        let n_covariates = self.columns.states.len();
-        let states = std::mem::take(&mut self.states);
-        let x = Mat::from_fn(self.copied.len(), n_covariates, |row, col| {
-            states[row * n_covariates + col]
-        });
-        let contexts = std::mem::take(&mut self.numbers);
-        let predictions = predict(self.model, x.as_ref(), &contexts, file, self.n_predicted)?;
+        let (n_rows, n_covariates) = (self.copied.len(), self.columns.states.len());
+        let x = MatRef::from_row_major_slice(&self.states, n_rows, n_covariates);
+        let predictions = (self.model).predict_rows(&self.numbers, x, file, self.n_predicted)?;
         let mut numbers = Vec::with_capacity(2 * predictions.len());
         for (row, copied) in self.copied.iter().enumerate() {
             numbers.clear();
@@ -197,39 +188,10 @@ impl Job<'_> {
             result_table::write_row(copied.iter().map(String::as_str), numbers.iter(), output)
                 .map_err(CliError::io("write", output.name()))?;
         }
-        self.n_predicted += self.copied.len();
+        self.n_predicted += n_rows;
+        self.states.clear();
+        self.numbers.clear();
         self.copied.clear();
         Ok(())
     }
-}
-
-/// Predictions at a block of at most [`BLOCK`] states, all finite.
-///
-/// # Errors
-/// States that are so large that the model overflows, with their row; `n_before` rows came before the block.
-pub fn predict(
-    model: &LearnedModel,
-    x: MatRef<'_, f64>,
-    contexts: &[usize],
-    file: &str,
-    n_before: usize,
-) -> Result<Vec<JointPrediction>, CliError> {
-    let unusable = |reason: String| CliError::Columns {
-        file: file.to_owned(),
-        reason,
-    };
-    let predictions = model
-        .predict(x, contexts)
-        .map_err(|error| unusable(error.to_string()))?;
-    for joint in &predictions {
-        let numbers = joint.mean.iter().zip(&joint.var);
-        let is_bad = |(mean, var): (&f64, &f64)| !(mean.is_finite() && var.is_finite());
-        if let Some(row) = numbers.into_iter().position(is_bad) {
-            let (row, name) = (n_before + row + 1, &model.joint_names()[joint.joint_idx]);
-            return Err(unusable(format!(
-                "row {row}: the state is so large that the torque of `{name}` is not a finite number"
-            )));
-        }
-    }
-    Ok(predictions)
 }

@@ -3,10 +3,13 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use gp_core::sampling::{Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, sample_chains};
-use gp_core::{FitOptions, GpError, LogMarginal};
 use gp_core::fit::chapter_start;
+use gp_core::sampling::{
+    Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, sample_chains,
+};
+use gp_core::{FitOptions, GpError, LogMarginal};
 use kernels::{Covariance, TorqueForm};
+use torque_model::Samples;
 
 use crate::data_args::DataArgs;
 use crate::error::CliError;
@@ -14,7 +17,7 @@ use crate::messages;
 use crate::method::MethodArg;
 use crate::output::{self, Output};
 use crate::result_table::write_row;
-use crate::samples::{DataColumns, Samples};
+use crate::samples::DataColumns;
 use crate::table::Table;
 use crate::text_table;
 
@@ -92,11 +95,10 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let asked = std::slice::from_ref(&args.joint);
     let columns = DataColumns::of_header(&table, &args.data.tau_prefix, "--joint", asked)?;
     let mut output = Output::create(&args.output)?;
-    let samples = columns.read(table, args.data.context.as_deref())?;
-    for doubt in &samples.doubts {
-        messages::warning(format!("{file}: {doubt}"));
-    }
-    let joint = columns.joints.names[samples.torques[0].joint_idx].clone();
+    let data = columns.read(table, args.data.context.as_deref())?;
+    data.warn(&file);
+    let samples = data.samples;
+    let joint = samples.name_of(&samples.torques[0]).to_owned();
     let posterior = Posterior::new(args, &samples);
     let drawn = posterior.and_then(|posterior| {
         let chains = posterior.chains(args)?;

@@ -274,7 +274,7 @@ impl Predictor {
 
     /// Predictions at the rows of `x`, (n, 3ℓ), each in a context of its own: those of the loop.
     ///
-    /// On all threads at hand, and the same bits for any number of them.
+    /// On all threads at hand, and the same bits for any number of them; of several failures the first row's counts.
     pub(crate) fn predict_rows(
         &self,
         contexts: &[usize],
@@ -288,7 +288,7 @@ impl Predictor {
         }
         let mut numbers = vec![0.0; 2 * n_learned * n];
         let panels = numbers.par_chunks_mut(2 * n_learned * PANEL).enumerate();
-        panels.try_for_each_init(
+        let of_panels = panels.map_init(
             || (self.scratch(), vec![0.0; x.ncols()]),
             |(scratch, state), (panel, numbers)| {
                 for (idx, of_row) in numbers.chunks_exact_mut(2 * n_learned).enumerate() {
@@ -298,9 +298,11 @@ impl Predictor {
                     (self.fill(contexts[row], scratch, state, mean, var))
                         .map_err(|error| error.in_row(row))?;
                 }
-                Ok::<(), TorqueError>(())
+                Ok(())
             },
-        )?;
+        );
+        let of_panels: Vec<Result<(), TorqueError>> = of_panels.collect();
+        of_panels.into_iter().collect::<Result<(), _>>()?;
         let mut predictions = empty_predictions(&self.joint_indices, &self.noise_vars, n);
         for (row, of_row) in numbers.chunks_exact(2 * n_learned).enumerate() {
             let (mean, var) = of_row.split_at(n_learned);

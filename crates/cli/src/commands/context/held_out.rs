@@ -3,21 +3,19 @@
 use std::path::Path;
 
 use mtgp::context::Calibration;
-use mtgp::{MtgpError, MultiTaskModel};
+use torque_model::{Samples, TorqueError};
 
-use super::evidence_of;
+use crate::commands::context::evidence::evidence_of;
 use crate::context::columns_error;
 use crate::context_column::ContextColumn;
 use crate::error::CliError;
-use crate::model_file::LearnedModel;
-use crate::samples::{DataColumns, Samples};
-use crate::spread::spread;
+use crate::model_file::ModelFile;
+use crate::samples::DataColumns;
 use crate::table::Table;
 
 /// How trials are cut from held-out rows, and judged: as the data are.
 pub struct Trials<'a> {
-    pub learned: &'a LearnedModel,
-    pub model: &'a MultiTaskModel,
+    pub model: &'a ModelFile,
     pub tau_prefix: &'a str,
     /// Standard deviation of noise beyond that of the training data, N·m.
     pub noise: f64,
@@ -35,17 +33,18 @@ impl Trials<'_> {
     /// A trial is as many rows in a row of one context as the data have.
     /// # Errors
     /// As for data with contexts; too few trials for a p-value to be below the level.
-    pub fn calibration(&self, path: &Path, whose: &str) -> Result<Calibration, CliError> {
+    pub fn calibration(&self, path: &Path) -> Result<Calibration, CliError> {
         let table = Table::open(path)?;
         let file = table.file().to_owned();
         let header = table.column_names();
-        let known = self.model.contexts();
-        let mut contexts = ContextColumn::of_known(&file, &header, known, whose)?;
-        let (joints, learned) = (self.learned.joints(), self.learned.learned());
+        let model = self.model;
+        let contexts = ContextColumn::of_known(&file, &header, model.contexts(), &model.file)?;
+        let (joints, learned) = (model.joints(), model.learned_joints());
         let columns = DataColumns::of_joints(&table, joints, self.tau_prefix, &learned)?;
-        let samples = columns.read_all(table, &mut contexts)?;
-        let scores = self.scores(&samples, contexts.numbers());
-        let scores = scores.map_err(|error| columns_error(&file, error.to_string()))?;
+        let data = columns.read_all(table, contexts)?;
+        let scores = self
+            .scores(&data.samples)
+            .map_err(CliError::of_data(&file))?;
         let smallest = 1.0 / (scores.len() + 1) as f64;
         if smallest >= self.level {
             let reason = format!(
@@ -56,17 +55,17 @@ impl Trials<'_> {
             );
             return Err(columns_error(&file, reason));
         }
-        Calibration::new(scores).map_err(|error| columns_error(&file, error.to_string()))
+        Calibration::new(scores).map_err(CliError::of_data(&file))
     }
 
-    fn scores(&self, samples: &Samples, contexts: &[usize]) -> Result<Vec<f64>, MtgpError> {
+    fn scores(&self, samples: &Samples) -> Result<Vec<f64>, TorqueError> {
         let mut scores = Vec::new();
         let mut first = 0;
-        for run in contexts.chunk_by(|a, b| a == b) {
+        for run in samples.context_of.chunk_by(|a, b| a == b) {
             for trial in run.chunks_exact(self.n_rows) {
-                let places = spread(self.n_rows, self.n_in_total);
-                let rows: Vec<usize> = places.iter().map(|row| first + row).collect();
-                let evidence = evidence_of(self.model, samples, &rows, self.noise)?;
+                let rows: Vec<usize> = (first..first + self.n_rows).collect();
+                let of_trial = samples.rows(&rows).spread(self.n_in_total);
+                let evidence = evidence_of(self.model, &of_trial, self.noise)?;
                 scores.push(evidence.scores()[trial[0]]);
                 first += self.n_rows;
             }

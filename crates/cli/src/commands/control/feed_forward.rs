@@ -3,76 +3,45 @@
 use std::path::Path;
 
 use faer::MatRef;
-use gp_core::TorqueModel;
-use mtgp::MultiTaskModel;
-use puma_dyn::Context;
-use puma_dyn::motion::{
-    FeedForward, GravityFeedForward, JointState, ModelFeedForward, NoFeedForward,
-};
+use puma_dyn::motion::{FeedForward, GravityFeedForward, JointState, ModelFeedForward};
+use puma_dyn::{Context, DynError};
+use torque_model::{Predictor, Scratch, TorqueError};
 
-use super::reference::Reference;
+use crate::commands::control::reference::Reference;
 use crate::error::CliError;
 use crate::messages;
-use crate::model_file::LearnedModel;
-use crate::range_watch::RangeWatch;
-use crate::rigid_body_model::RigidBodyModel;
+use crate::model_file::{ModelFile, are_numbered};
+use crate::range_watch::warn_outside;
 use crate::robot::Robot;
 use crate::row_contexts::number_of;
 
-/// A source, ready for a run.
-pub enum Source {
+/// A source of torques for a desired state.
+pub enum Source<'a> {
     /// Nothing.
     Nothing,
     /// Gravity of the robot with a load.
-    Gravity(Context),
+    Gravity(GravityFeedForward<'a>),
     /// The robot with a load.
-    Exact(Context),
+    Exact(ModelFeedForward<'a>),
     /// A model file.
     Learned(Box<Learned>),
 }
 
-/// What the loop asks: torques for a desired state.
-pub type Asked<'a> = Box<dyn FnMut(&JointState, &mut [f64]) + 'a>;
-
 /// A learned model as the loop asks it.
 pub struct Learned {
-    means: Means,
-    joint_indices: Vec<usize>,
+    model: ModelFile,
+    predictor: Predictor,
+    scratch: Scratch,
+    /// Number of the context.
+    context: usize,
     x: Vec<f64>,
     mean: Vec<f64>,
+    var: Vec<f64>,
+    /// The first state that the model has no torque for.
+    failure: Option<TorqueError>,
 }
 
-/// Means of the learned joints at a state x; NaN where it is not finite, which stops the run with the joint's name.
-type Means = Box<dyn FnMut(&[f64], &mut [f64])>;
-
-fn of_one_context(model: &TorqueModel) -> Means {
-    let predictor = model.predictor();
-    let mut scratch = predictor.scratch();
-    let mut var = vec![0.0; predictor.n_learned()];
-    Box::new(move |x, mean| _ = predictor.predict_into(&mut scratch, x, mean, &mut var))
-}
-
-fn of_many_contexts(model: &MultiTaskModel, number: usize) -> Means {
-    let predictor = model.predictor();
-    let mut scratch = predictor.scratch();
-    let mut var = vec![0.0; model.learned().len()];
-    Box::new(move |x, mean| _ = predictor.predict_into(number, &mut scratch, x, mean, &mut var))
-}
-
-fn of_rigid_body(model: RigidBodyModel) -> Means {
-    Box::new(move |x, mean| {
-        let row = MatRef::from_row_major_slice(x, 1, x.len());
-        match model.predict(row) {
-            Ok(joints) => {
-                let means = joints.iter().map(|joint| joint.mean[0]);
-                mean.iter_mut().zip(means).for_each(|(to, from)| *to = from);
-            }
-            Err(_) => mean.fill(f64::NAN),
-        }
-    })
-}
-
-impl Source {
+impl<'a> Source<'a> {
     /// The source of a name or a model file.
     ///
     /// # Errors
@@ -81,14 +50,15 @@ impl Source {
     pub fn open(
         name: &Path,
         context: Option<&str>,
-        robot: &Robot,
+        robot: &'a Robot,
         payload: &Context,
         reference: &Reference,
     ) -> Result<Self, CliError> {
+        let (model, payload) = (&robot.model, payload.clone());
         let source = match name.to_str() {
             Some("none") => Self::Nothing,
-            Some("gravity") => Self::Gravity(payload.clone()),
-            Some("exact") => Self::Exact(payload.clone()),
+            Some("gravity") => Self::Gravity(GravityFeedForward::new(model, payload)),
+            Some("exact") => Self::Exact(ModelFeedForward::new(model, robot.effects, payload)),
             _ => {
                 let learned = Learned::load(name, context, robot, reference)?;
                 return Ok(Self::Learned(Box::new(learned)));
@@ -103,22 +73,37 @@ impl Source {
         }
     }
 
-    /// The source as the loop asks it.
-    pub fn feed_forward(self, robot: &Robot) -> Asked<'_> {
-        let (model, effects) = (&robot.model, robot.effects);
+    /// What stopped a run, with the cause if it is this.
+    pub fn why(self, stop: DynError) -> CliError {
+        let Self::Learned(learned) = self else {
+            return stop.into();
+        };
+        let Learned { model, failure, .. } = *learned;
+        let Some(cause) = failure else {
+            return stop.into();
+        };
+        CliError::FeedForward {
+            what: match &cause {
+                TorqueError::NotFinite { joint_idx, .. } => format!(
+                    "the desired state is so large that the torque of `{}` is not a finite number",
+                    model.joint_names()[*joint_idx]
+                ),
+                other => other.to_string(),
+            },
+            file: model.file,
+            stop,
+            cause: Box::new(cause),
+        }
+    }
+}
+
+impl FeedForward for Source<'_> {
+    fn torques(&mut self, desired: &JointState, tau: &mut [f64]) {
         match self {
-            Self::Nothing => Box::new(|desired, tau| NoFeedForward.torques(desired, tau)),
-            Self::Gravity(payload) => {
-                let mut gravity = GravityFeedForward::new(model, payload);
-                Box::new(move |desired, tau| gravity.torques(desired, tau))
-            }
-            Self::Exact(payload) => {
-                let mut exact = ModelFeedForward::new(model, effects, payload);
-                Box::new(move |desired, tau| exact.torques(desired, tau))
-            }
-            Self::Learned(mut learned) => {
-                Box::new(move |desired, tau| learned.torques(desired, tau))
-            }
+            Self::Nothing => tau.fill(0.0),
+            Self::Gravity(gravity) => gravity.torques(desired, tau),
+            Self::Exact(exact) => exact.torques(desired, tau),
+            Self::Learned(learned) => learned.torques(desired, tau),
         }
     }
 }
@@ -137,48 +122,53 @@ impl Learned {
             );
             return Err(CliError::Usage(reason));
         }
-        let model = LearnedModel::load(path)?;
-        let whose = path.display().to_string();
-        require_joints(&whose, model.joint_names(), robot.model.joint_names())?;
-        warn(&whose, &model, robot, reference);
-        let joint_indices = model.learned();
-        let means = match (model, context) {
-            (LearnedModel::OneContext(model), None) => of_one_context(&model),
-            (LearnedModel::RigidBody(model), None) => of_rigid_body(model),
-            (LearnedModel::OneContext(_) | LearnedModel::RigidBody(_), Some(asked)) => {
+        let model = ModelFile::load(path)?;
+        let whose = &model.file;
+        require_joints(whose, model.joint_names(), robot.model.joint_names())?;
+        warn(&model, robot, reference);
+        let context = match (model.contexts(), context) {
+            ([], None) => 0,
+            ([], Some(asked)) => {
                 return Err(CliError::Usage(format!(
                     "--context {asked}: {whose} is a model of one context; leave --context out"
                 )));
             }
-            (LearnedModel::ManyContexts(model), Some(asked)) => {
-                let number = number_of(asked, model.contexts(), &whose)?;
-                of_many_contexts(&model, number)
-            }
-            (LearnedModel::ManyContexts(model), None) => {
+            (contexts, Some(asked)) => number_of(asked, contexts, whose)?,
+            (contexts, None) => {
                 return Err(CliError::Usage(format!(
                     "{whose} is a model of several contexts; choose one with --context NAME: {}",
-                    model.contexts().join(", ")
+                    contexts.join(", ")
                 )));
             }
         };
+        let predictor = model.predictor();
+        let n_learned = predictor.n_learned();
         Ok(Self {
-            means,
-            x: vec![0.0; 3 * robot.model.n_joints()],
-            mean: vec![0.0; joint_indices.len()],
-            joint_indices,
+            scratch: predictor.scratch(),
+            context,
+            x: vec![0.0; 3 * model.n_joints()],
+            mean: vec![0.0; n_learned],
+            var: vec![0.0; n_learned],
+            failure: None,
+            predictor,
+            model,
         })
     }
 
     /// Means of the learned joints; zero for the others.
+    ///
+    /// Where the model has none they are NaN, which stops the run, and the cause is kept.
     fn torques(&mut self, desired: &JointState, tau: &mut [f64]) {
         let numbers = desired.q.iter().chain(&desired.qd).chain(&desired.qdd);
-        self.x
-            .iter_mut()
-            .zip(numbers)
-            .for_each(|(x, number)| *x = *number);
-        (self.means)(&self.x, &mut self.mean);
+        let x = self.x.iter_mut().zip(numbers);
+        x.for_each(|(x, number)| *x = *number);
+        let (scratch, mean, var) = (&mut self.scratch, &mut self.mean, &mut self.var);
+        let predictor = &self.predictor;
+        if let Err(cause) = predictor.predict_into(self.context, scratch, &self.x, mean, var) {
+            self.failure.get_or_insert(cause);
+        }
         tau.fill(0.0);
-        for (joint_idx, mean) in self.joint_indices.iter().zip(&self.mean) {
+        for (joint_idx, mean) in predictor.joint_indices().iter().zip(mean.iter()) {
             tau[*joint_idx] = *mean;
         }
     }
@@ -187,8 +177,7 @@ impl Learned {
 /// # Errors
 /// A model of other joints than the robot's, in name or in order; numbered joints fit any names.
 fn require_joints(whose: &str, learned: &[String], robot: &[String]) -> Result<(), CliError> {
-    let is_numbered = |(idx, name): (usize, &String)| *name == format!("joint{}", idx + 1);
-    let by_number = learned.len() == robot.len() && learned.iter().enumerate().all(is_numbered);
+    let by_number = learned.len() == robot.len() && are_numbered(learned);
     if learned == robot || by_number {
         return Ok(());
     }
@@ -200,9 +189,9 @@ fn require_joints(whose: &str, learned: &[String], robot: &[String]) -> Result<(
 }
 
 /// Says which joints have no model, and how much of the motion lies outside its data.
-fn warn(whose: &str, model: &LearnedModel, robot: &Robot, reference: &Reference) {
+fn warn(model: &ModelFile, robot: &Robot, reference: &Reference) {
     let names = robot.model.joint_names();
-    let learned = model.learned();
+    let learned = model.learned_joints();
     let missing: Vec<&str> = (0..names.len())
         .filter(|idx| !learned.contains(idx))
         .map(|idx| names[idx].as_str())
@@ -210,13 +199,11 @@ fn warn(whose: &str, model: &LearnedModel, robot: &Robot, reference: &Reference)
     if !missing.is_empty() {
         let missing = missing.join(", ");
         messages::warning(format!(
-            "{whose} has no model of {missing}: no feed-forward there"
+            "{} has no model of {missing}: no feed-forward there",
+            model.file
         ));
     }
-    let mut ranges = RangeWatch::new(model.ranges());
-    for x in reference.states.chunks_exact(3 * names.len()) {
-        ranges.see(x);
-    }
-    let doubt = ranges.doubt(&reference.file, &reference.columns);
-    doubt.into_iter().for_each(messages::warning);
+    let (n_columns, states) = (3 * names.len(), &reference.states);
+    let x = MatRef::from_row_major_slice(states, states.len() / n_columns, n_columns);
+    warn_outside(model.ranges(), x, &reference.file, &reference.columns);
 }

@@ -3,7 +3,7 @@
 use puma_dyn::motion::CompositeController;
 use puma_dyn::{Context, Workspace, crba};
 
-use super::reference::Reference;
+use crate::commands::control::reference::Reference;
 use crate::error::CliError;
 use crate::robot::Robot;
 

@@ -62,8 +62,8 @@ impl Reference {
             degrees.see(&states[first..first + n]);
         }
         degrees.doubts().into_iter().for_each(messages::warning);
-        let motion = ReferenceMotion::new(n, time, states.clone())
-            .map_err(|error| columns_error(&file, error.to_string()))?;
+        let motion =
+            ReferenceMotion::new(n, time, states.clone()).map_err(CliError::of_data(&file))?;
         Ok(Self {
             motion,
             naming: columns.naming,

@@ -2,10 +2,8 @@
 
 use std::fmt::Write;
 
-use gp_core::{ModelFileKind, Provenance, TrainingRanges};
 use serde::Serialize;
 
-use crate::commands::inspect::{ContextDescription, SelectionDescription};
 use crate::hyperparameter_file::Hyperparameters;
 use crate::text_table;
 
@@ -24,6 +22,21 @@ pub struct Description {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank_selection: Option<SelectionDescription>,
     pub joints: Vec<JointDescription>,
+}
+
+/// A context and its data.
+#[derive(Serialize)]
+pub struct ContextDescription {
+    pub context: String,
+    pub n_samples: usize,
+}
+
+/// How the rank was chosen.
+#[derive(Serialize)]
+pub struct SelectionDescription {
+    pub criterion: String,
+    pub ranks: Vec<usize>,
+    pub values: Vec<f64>,
 }
 
 /// One joint's model.
@@ -70,30 +83,6 @@ pub struct FitDescription {
 }
 
 impl Description {
-    /// What every kind of model has, without joints.
-    pub fn new(
-        kind: ModelFileKind,
-        joint_names: &[String],
-        provenance: &Provenance,
-        ranges: &TrainingRanges,
-    ) -> Self {
-        Self {
-            kind: match kind {
-                ModelFileKind::OneContext => "one context",
-                ModelFileKind::ManyContexts => "several contexts",
-                ModelFileKind::RigidBody => "one context with a rigid-body prior",
-            },
-            program: provenance.program.clone(),
-            data_sha256: hex(&provenance.data_sha256),
-            n_samples: ranges.n_samples(),
-            context: None,
-            contexts: None,
-            joint_names: joint_names.to_vec(),
-            rank_selection: None,
-            joints: Vec::new(),
-        }
-    }
-
     /// The description for people.
     pub fn text(&self) -> String {
         let mut lines = vec![
@@ -191,7 +180,7 @@ fn matrix_table(name: &str, matrix: &[Vec<f64>], contexts: &[&str]) -> String {
 }
 
 /// Bytes as hexadecimal digits.
-fn hex(bytes: &[u8]) -> String {
+pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().fold(String::new(), |mut text, byte| {
         let _ = write!(text, "{byte:02x}");
         text

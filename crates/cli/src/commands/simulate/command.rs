@@ -1,13 +1,11 @@
 //! `torque-gp simulate`: states and torques of the PUMA 560 along the scenario's paths.
 
-pub mod run;
-
 use std::path::{Path, PathBuf};
 
 use clap::ArgGroup;
 use puma_dyn::Scenario;
 
-use self::run::Run;
+use crate::commands::simulate::run::Run;
 use crate::error::CliError;
 use crate::format::Format;
 use crate::messages;

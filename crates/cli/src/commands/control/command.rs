@@ -1,20 +1,15 @@
 //! `torque-gp control`: a robot that follows a motion under the composite controller, simulated.
 
-mod feed_forward;
-mod gains;
-mod reference;
-mod summary;
-
 use std::path::{Path, PathBuf};
 
 use puma_dyn::Context;
 use puma_dyn::motion::{ClosedLoop, Rate, Tick};
 
-use self::feed_forward::Source;
-use self::gains::GainArgs;
-use self::reference::Reference;
-use self::summary::{Summary, Tally};
 use crate::columns::Naming;
+use crate::commands::control::feed_forward::Source;
+use crate::commands::control::gains::GainArgs;
+use crate::commands::control::reference::Reference;
+use crate::commands::control::summary::{Summary, Tally};
 use crate::error::CliError;
 use crate::messages;
 use crate::output::{self, Output};
@@ -102,7 +97,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     };
     let reference = Reference::read(&args.reference, &robot.model)?;
     let asked = args.context.as_deref();
-    let source = Source::open(&args.feed_forward, asked, &robot, &payload, &reference)?;
+    let mut source = Source::open(&args.feed_forward, asked, &robot, &payload, &reference)?;
     let controller = args.gains.controller(&robot, &reference)?;
 
     let (model, effects) = (&robot.model, robot.effects);
@@ -114,13 +109,13 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     }
     let mut tally = Tally::new(model.n_joints());
     let mut failure = None;
-    let mut feed_forward = source.feed_forward(&robot);
-    simulated.run(&controller, &mut feed_forward, f64::INFINITY, |tick| {
+    let outcome = simulated.run(&controller, &mut source, f64::INFINITY, |tick| {
         tally.add(tick);
         if let (Some(output), None) = (&mut output, &failure) {
             failure = write_tick(motion.start(), tick, output).err();
         }
-    })?;
+    });
+    outcome.map_err(|stop| source.why(stop))?;
     if let Some(failure) = failure {
         return Err(failure);
     }

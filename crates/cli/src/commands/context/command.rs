@@ -1,26 +1,26 @@
-//! `torque-gp context`: which of a model's contexts measured torques come from, row after row and in total.
-
-mod held_out;
+//! Reads, asks which context it is row after row and in total, and writes.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use faer::Mat;
-use mtgp::context::{Calibration, ContextAnswer, ContextEvidence, ContextPosterior, ContextPrior, ContextTracker, ContextTransition, JointTorques, WithTorqueNoise, context_evidence, known_or_unknown};
-use mtgp::{MtgpError, MultiTaskModel};
+use mtgp::context::{
+    Calibration, ContextAnswer, ContextEvidence, ContextPosterior, ContextPrior, ContextTracker,
+    ContextTransition, known_or_unknown,
+};
 use serde::Serialize;
+use torque_model::{RobotModel, Samples, TorqueError};
 
-use self::held_out::Trials;
+use crate::commands::context::evidence::evidence_of;
+use crate::commands::context::held_out::Trials;
 use crate::context::columns_error;
 use crate::context_prior::PriorArg;
 use crate::error::CliError;
 use crate::messages;
-use crate::model_file::LearnedModel;
+use crate::model_file::ModelFile;
 use crate::output::{self, Output};
 use crate::printed::PrintArgs;
-use crate::range_watch::RangeWatch;
-use crate::samples::{DataColumns, Samples};
-use crate::spread::{rows_of, spread};
+use crate::range_watch::warn_outside;
+use crate::samples::DataColumns;
 use crate::table::Table;
 use crate::text_table;
 
@@ -141,67 +141,46 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     if let Some(output) = &args.output {
         output::check_not_an_input(output, &[&args.model, &args.data])?;
     }
-    let learned = LearnedModel::load(&args.model)?;
-    let whose = args.model.display().to_string();
-    let model = learned.several(&whose)?;
+    let model = ModelFile::load_several(&args.model)?;
     let table = Table::open(&args.data)?;
     let file = table.file().to_owned();
-    let columns = DataColumns::of_joints(
-        &table,
-        learned.joints(),
-        &args.tau_prefix,
-        &learned.learned(),
-    )?;
-    learned.note_order(&file, &columns.states);
-    let (samples, times) = columns.read_in_time(table)?;
-    warn(&file, &samples, &columns, model);
+    let (prefix, learned) = (&args.tau_prefix, model.learned_joints());
+    let columns = DataColumns::of_joints(&table, model.joints(), prefix, &learned)?;
+    model.note_order(&file, &columns.states);
+    let (data, times) = columns.read_in_time(table)?;
+    data.warn(&file);
+    let samples = &data.samples;
+    let x = samples.x.as_ref();
+    warn_outside(model.ranges(), x, &file, &columns.states.states);
 
+    let (contexts, n_rows) = (model.contexts(), samples.n_rows());
     let prior = match &args.prior {
-        Some(prior) => prior.of(model.contexts(), &whose)?,
-        None => ContextPrior::uniform(model.contexts().len()).map_err(unusable(&file))?,
+        Some(prior) => prior.of(contexts, &model.file)?,
+        None => ContextPrior::uniform(contexts.len()).map_err(CliError::of_data(&file))?,
     };
     let interval = args
         .switching
         .map(|_| interval(args, &file, &times))
         .transpose()?;
-    let n_rows = samples.x.nrows();
+    let in_total = samples.spread(args.rows as usize);
     let trials = Trials {
-        learned: &learned,
-        model,
-        tau_prefix: &args.tau_prefix,
+        model: &model,
+        tau_prefix: prefix,
         noise: args.noise,
         n_rows,
-        n_in_total: spread(n_rows, args.rows as usize).len(),
+        n_in_total: in_total.n_rows(),
         level: args.level,
     };
     let held_out = args.held_out.as_ref();
-    let calibration = held_out
-        .map(|path| trials.calibration(path, &whose))
-        .transpose()?;
-    let total = Total::new(args, model, &samples, &prior, calibration.as_ref());
-    let total = total.map_err(unusable(&file))?;
-    let rows = follow(args, model, &samples, &prior, interval).map_err(unusable(&file))?;
+    let calibration = held_out.map(|path| trials.calibration(path)).transpose()?;
+    let total = Total::new(args, &model, &in_total, &prior, calibration.as_ref());
+    let total = total.map_err(CliError::of_data(&file))?;
+    let rows = follow(args, &model, samples, &prior, interval).map_err(CliError::of_data(&file))?;
     if let Some(path) = &args.output {
-        write_rows(path, model.contexts(), &rows)?;
+        write_rows(path, contexts, &rows)?;
     }
-    let estimate = total.estimate(model.contexts(), samples.x.nrows(), rows);
+    let estimate = total.estimate(contexts, n_rows, rows);
     args.print.print(&estimate, Estimate::table)
-}
-
-fn warn(file: &str, samples: &Samples, columns: &DataColumns, model: &MultiTaskModel) {
-    for doubt in &samples.doubts {
-        messages::warning(format!("{file}: {doubt}"));
-    }
-    let mut ranges = RangeWatch::new(model.ranges());
-    for row in 0..samples.x.nrows() {
-        ranges.see(&samples.x.row(row).iter().copied().collect::<Vec<f64>>());
-    }
-    let doubt = ranges.doubt(file, &columns.states.states);
-    doubt.into_iter().for_each(messages::warning);
-}
-
-fn unusable(file: &str) -> impl Fn(MtgpError) -> CliError {
-    move |error| columns_error(file, error.to_string())
 }
 
 /// Seconds between rows: what was asked for, or the mean difference of the times.
@@ -233,13 +212,12 @@ struct Total {
 impl Total {
     fn new(
         args: &Args,
-        model: &MultiTaskModel,
+        model: &RobotModel,
         samples: &Samples,
         prior: &ContextPrior,
         calibration: Option<&Calibration>,
-    ) -> Result<Self, MtgpError> {
-        let rows = spread(samples.x.nrows(), args.rows as usize);
-        let evidence = evidence_of(model, samples, &rows, args.noise)?;
+    ) -> Result<Self, TorqueError> {
+        let evidence = evidence_of(model, samples, args.noise)?;
         let posterior = evidence.posterior(prior)?;
         let p_values = match calibration {
             None => evidence.p_values(),
@@ -253,7 +231,7 @@ impl Total {
             evidence,
             posterior,
             p_values,
-            n_rows: rows.len(),
+            n_rows: samples.n_rows(),
         })
     }
 
@@ -283,49 +261,26 @@ impl Total {
     }
 }
 
-/// Eq. (21) without its prior for some rows together, with noise beyond that of the training data, N·m.
-fn evidence_of(
-    model: &MultiTaskModel,
-    samples: &Samples,
-    rows: &[usize],
-    noise_std: f64,
-) -> Result<ContextEvidence, MtgpError> {
-    let x: Mat<f64> = rows_of(samples.x.as_ref(), rows);
-    let models: Vec<WithTorqueNoise<'_>> = (model.learned().iter())
-        .map(|(_, process)| WithTorqueNoise {
-            posterior: &process.posterior,
-            noise_std,
-        })
-        .collect();
-    let torques: Vec<Vec<f64>> = (samples.torques.iter())
-        .map(|joint| rows.iter().map(|&row| joint.values[row]).collect())
-        .collect();
-    let joints: Vec<JointTorques<'_>> = (models.iter().zip(&torques))
-        .map(|(model, torques)| JointTorques { model, torques })
-        .collect();
-    context_evidence(&joints, x.as_ref())
-}
-
 /// Probabilities after each row.
 fn follow(
     args: &Args,
-    model: &MultiTaskModel,
+    model: &RobotModel,
     samples: &Samples,
     prior: &ContextPrior,
     interval: Option<f64>,
-) -> Result<Vec<Vec<f64>>, MtgpError> {
+) -> Result<Vec<Vec<f64>>, TorqueError> {
     let m = model.contexts().len();
     let chain = match (args.switching, interval) {
         (Some(rate), Some(interval)) => ContextTransition::switching(m, rate, interval)?,
         _ => ContextTransition::none(m),
     };
     let model = model.for_tracking()?;
-    let posteriors = (model.learned().iter()).map(|(_, process)| &process.posterior);
+    let posteriors = model.tasks().map(|(_, process)| &process.posterior);
     let tracker = ContextTracker::new(posteriors, args.window, prior, chain)?;
     let noise = vec![args.noise; model.learned().len()];
     let mut tracker = tracker.with_torque_noise(&noise)?;
-    let mut rows = Vec::with_capacity(samples.x.nrows());
-    for row in 0..samples.x.nrows() {
+    let mut rows = Vec::with_capacity(samples.n_rows());
+    for row in 0..samples.n_rows() {
         let x: Vec<f64> = samples.x.row(row).iter().copied().collect();
         let joints = samples.torques.iter();
         let torques: Vec<Option<f64>> = joints.map(|joint| Some(joint.values[row])).collect();

@@ -1,0 +1,7 @@
+//! `torque-gp context`: which of a model's contexts measured torques come from.
+
+mod command;
+mod evidence;
+mod held_out;
+
+pub use command::{Args, run};

@@ -1,0 +1,197 @@
+//! The options of `torque-gp fit`.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::ValueEnum;
+use mtgp::Criterion;
+
+use crate::data_args::DataArgs;
+use crate::error::CliError;
+use crate::method::MethodArg;
+use crate::robot::OptionalRobotArgs;
+
+/// Learn joint torques from measured states and torques, for one load or several
+///
+/// DATA has a header with q1..qN, qd1..qdN, qdd1..qddN and tau1..tauN (or q_<joint>, …, tau_<joint>), in any column
+/// order, and one row per sample; other columns are ignored.
+/// Joints are those of the state columns, in file order; torques may be there for some of them only.
+/// Numbers are rad, rad/s, rad/s² and N·m; m, m/s, m/s² and N for sliding joints.
+///
+/// A model is for one load, and a column `context` with several needs --context; but mgp, igp and pgp learn all loads
+/// together and predict each.
+/// Every joint is learned by itself, several at a time; the result is the same, bit by bit, for any --threads.
+#[derive(clap::Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Args {
+    #[command(flatten)]
+    pub data: DataArgs,
+
+    /// What is learned
+    #[arg(long, value_enum, default_value_t = ModelArg::Gpc)]
+    pub model: ModelArg,
+
+    /// Joints to learn, by number or name [default: all with a torque column]
+    #[arg(long, value_name = "JOINT,…", value_delimiter = ',')]
+    pub joints: Vec<String>,
+
+    /// Rank of the matrix that relates the contexts (mgp): a number, or bic to choose one by the criterion
+    /// [default: bic]
+    #[arg(long, value_name = "bic|R")]
+    pub rank: Option<RankArg>,
+
+    /// Criterion that chooses the rank (mgp) [default: bic]
+    #[arg(long, value_enum)]
+    pub criterion: Option<CriterionArg>,
+
+    /// From where the search for hyperparameters sets out (not lr and lrc)
+    #[arg(long, value_enum, default_value_t = StartsArg::Several)]
+    pub starts: StartsArg,
+
+    /// How likelihoods are computed (not lr and lrc)
+    #[arg(long, value_enum, default_value_t = MethodArg::Automatic)]
+    pub method: MethodArg,
+
+    /// Joints learned at a time [default: one per processor]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+
+    /// Model file
+    #[arg(long, value_name = "FILE.tgp")]
+    pub output: PathBuf,
+
+    #[command(flatten, next_help_heading = "Robot (rbd and rbd+gp)")]
+    pub robot: OptionalRobotArgs,
+}
+
+/// The models of one joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ModelArg {
+    /// Gaussian process with Coulomb friction: the most accurate
+    Gpc,
+    /// Gaussian process without Coulomb friction
+    Gp,
+    /// Linear regression with the signs of the speeds (Coulomb friction)
+    Lrc,
+    /// Linear regression
+    Lr,
+    /// Parameters of --robot's links and drives, uncertain about their described values
+    Rbd,
+    /// The same, and a Gaussian process on what they leave
+    #[value(name = "rbd+gp")]
+    RbdGp,
+    /// Gaussian process of several contexts whose relation is learned: the most accurate for them
+    Mgp,
+    /// Gaussian process of several contexts that share their hyperparameters only
+    Igp,
+    /// Gaussian process that takes several contexts for one
+    Pgp,
+}
+
+impl ModelArg {
+    /// Name as in the options.
+    pub fn name(self) -> String {
+        let value = self.to_possible_value();
+        value.map_or(String::new(), |value| value.get_name().to_owned())
+    }
+
+    /// Whether it learns several contexts together.
+    pub fn is_of_many_contexts(self) -> bool {
+        matches!(self, Self::Mgp | Self::Igp | Self::Pgp)
+    }
+}
+
+/// How the rank of K^ρ is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RankArg {
+    /// By the criterion.
+    Bic,
+    /// Given.
+    Given(usize),
+}
+
+impl FromStr for RankArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, text.parse()) {
+            ("bic", _) => Ok(Self::Bic),
+            (_, Ok(rank)) if rank > 0 => Ok(Self::Given(rank)),
+            _ => Err("a rank is a number from 1, or bic to choose one".to_owned()),
+        }
+    }
+}
+
+/// What a further rank has to earn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum CriterionArg {
+    /// Bayesian: ½ log n nats for each hyperparameter
+    #[default]
+    Bic,
+    /// Akaike: 1 nat
+    Aic,
+    /// Hannan–Quinn: log log n nats
+    Hq,
+}
+
+impl CriterionArg {
+    /// The library's name for it.
+    pub fn criterion(self) -> Criterion {
+        match self {
+            Self::Bic => Criterion::Bic,
+            Self::Aic => Criterion::Aic,
+            Self::Hq => Criterion::HannanQuinn,
+        }
+    }
+}
+
+/// From where a search sets out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum StartsArg {
+    /// The one of the data's moments (eq. 22 of the chapter)
+    Chapter,
+    /// That one and three variations of it, beyond 512 rows on more and more of them; the highest likelihood is kept
+    Several,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  torque-gp fit --data train.csv --output model.tgp
+  torque-gp fit --data log.csv --context c3 --joints 1,3 --model lrc --output model.tgp
+  torque-gp fit --data runs.csv --model mgp --rank 4 --output model.tgp
+  torque-gp fit --data log.csv --model rbd+gp --robot arm.urdf --output model.tgp
+  torque-gp fit --data log.csv --joints shoulder,elbow --starts chapter --threads 1 --output model.tgp
+
+Then:
+  torque-gp predict --model model.tgp --input states.csv --output torques.csv
+  torque-gp evaluate --model model.tgp --data test.csv
+
+Standard error has a line per finished joint, beyond 512 samples one for what each search begins with, and a table of the fits at the end: log marginal likelihood in nats
+(natural log, summed over the samples), the start that won, likelihoods computed, the noise found, bounds hit.
+
+Exit status: 0, or 2 for bad input or usage; then there is one message and no output file.";
+
+impl Args {
+    /// Refuses options that do not go together.
+    ///
+    /// # Errors
+    /// Which do not.
+    pub fn check(&self) -> Result<(), CliError> {
+        let model = self.model.name();
+        let needs_robot = matches!(self.model, ModelArg::Rbd | ModelArg::RbdGp);
+        let is_ranked = self.model == ModelArg::Mgp;
+        let reason = match (self.rank, self.criterion) {
+            _ if self.robot.request().is_some() && !needs_robot => {
+                format!("--robot goes with --model rbd and rbd+gp, not {model}")
+            }
+            (Some(_), _) if !is_ranked => format!("--rank goes with --model mgp, not {model}"),
+            (_, Some(_)) if !is_ranked => format!("--criterion goes with --model mgp, not {model}"),
+            (Some(RankArg::Given(rank)), Some(_)) => {
+                format!("--criterion chooses a rank, but --rank {rank} gives one")
+            }
+            _ => return Ok(()),
+        };
+        Err(CliError::Usage(reason))
+    }
+}

@@ -1,0 +1,169 @@
+//! Reads, checks, learns and writes.
+
+use std::io::Write;
+use std::num::NonZeroUsize;
+
+use torque_model::RankSelection;
+use torque_model::learn::{Learn, Learned, learn_joints};
+use torque_model::{Provenance, RobotModel, Samples};
+
+use crate::commands::fit::args::{Args, RankArg};
+use crate::commands::fit::learner::learner;
+use crate::commands::fit::progress::Progress;
+use crate::commands::fit::report;
+use crate::context::columns_error;
+use crate::context_column::ContextColumn;
+use crate::error::CliError;
+use crate::joints::Joints;
+use crate::messages;
+use crate::output::{self, Output};
+use crate::robot::RobotRequest;
+use crate::samples::{Data, DataColumns};
+use crate::score::is_constant;
+use crate::table::{self, Table};
+
+/// Rows of data above which the memory of a fit is worth a word: two matrices of 1 GB.
+const MANY_ROWS: usize = 11_000;
+
+/// Rows of data beyond which a process has a low rank, of up to `LARGEST_RANK`, or none at all.
+const LARGEST_DENSE: usize = 16_384;
+const LARGEST_RANK: usize = 2048;
+
+/// Bytes of a fit, roughly: two matrices of order n, or seven with so many columns as the rank.
+fn most_bytes(n_rows: usize) -> f64 {
+    let entries = if n_rows > LARGEST_DENSE {
+        7 * n_rows * LARGEST_RANK
+    } else {
+        2 * n_rows * n_rows
+    };
+    8.0 * entries as f64
+}
+
+/// Reads the data, learns every joint, writes the model.
+///
+/// # Errors
+/// Anything wrong with the options or the data, or a joint that cannot be learned; no output is left.
+pub fn run(args: &Args) -> Result<(), CliError> {
+    let mut inputs = args.robot.request().map_or(Vec::new(), RobotRequest::files);
+    inputs.push(&args.data.path);
+    output::check_not_an_input(&args.output, &inputs)?;
+    let (file, bytes) = table::read_bytes(&args.data.path)?;
+    let provenance = Provenance::new(concat!("torque-gp ", env!("CARGO_PKG_VERSION")), &bytes);
+    let table = Table::from_bytes(file.clone(), bytes)?;
+    args.check()?;
+    let learner = learner(args)?;
+    let (prefix, option, asked) = (&args.data.tau_prefix, "--joints", &args.joints);
+    let columns = match learner.robot() {
+        None => DataColumns::of_header(&table, prefix, option, asked),
+        Some(robot) => {
+            let joints = Joints::of_robot(&robot.model);
+            DataColumns::of_robot(&table, joints, prefix, option, asked)
+        }
+    }?;
+    let mut output = Output::create(&args.output)?;
+    let data = read(args, &file, table, &columns)?;
+    check(&file, &data)?;
+    let learned = learn(args, &data.samples, learner.as_ref(), &file)?;
+    let provenance = provenance.of_context(&data.context);
+    let model = RobotModel::of_learned(&data.samples, learner.as_ref(), learned, provenance);
+    let bytes = model.map_err(CliError::of_data(&file))?.to_bytes();
+    let name = output.name().to_owned();
+    output
+        .write_all(&bytes)
+        .map_err(CliError::io("write", name.clone()))?;
+    output.commit()?;
+    messages::note(format!("{name} written"));
+    Ok(())
+}
+
+/// The rows of one context, or of several that are learned together.
+fn read(args: &Args, file: &str, table: Table, columns: &DataColumns) -> Result<Data, CliError> {
+    let (model, asked) = (args.model.name(), args.data.context.as_deref());
+    if !args.model.is_of_many_contexts() {
+        return columns.read(table, asked);
+    }
+    if let Some(context) = asked {
+        return Err(CliError::Usage(format!(
+            "--context {context}: --model {model} learns all contexts of the data together; leave --context out, or use --model gpc"
+        )));
+    }
+    let contexts = ContextColumn::of_any(file, &table.column_names())?;
+    let data = columns.read_all(table, contexts)?;
+    match (data.samples.contexts.as_slice(), args.rank) {
+        ([only], _) => {
+            let reason = format!(
+                "all rows are of one context (`{only}`); --model {model} is for two or more: use --model gpc"
+            );
+            Err(columns_error(file, reason))
+        }
+        (contexts, Some(RankArg::Given(rank))) if rank > contexts.len() => {
+            let n_contexts = contexts.len();
+            Err(CliError::Usage(format!(
+                "--rank {rank}: the rank must be 1 to {n_contexts}, the number of contexts in {file}"
+            )))
+        }
+        _ => Ok(data),
+    }
+}
+
+/// Refuses data that says nothing, warns of data that is probably not what it seems.
+fn check(file: &str, data: &Data) -> Result<(), CliError> {
+    let samples = &data.samples;
+    let n_rows = samples.n_rows();
+    if n_rows < 2 {
+        let reason = format!("{n_rows} row of data; at least 2 are needed to learn from");
+        return Err(columns_error(file, reason));
+    }
+    data.warn(file);
+    for torques in samples.torques.iter().filter(|t| is_constant(&t.values)) {
+        let (joint, value) = (samples.name_of(torques), torques.values[0]);
+        messages::warning(format!(
+            "{file}: the torque of `{joint}` is {value} N·m in every row: there is nothing to learn but that"
+        ));
+    }
+    if n_rows > MANY_ROWS {
+        let gigabytes = most_bytes(n_rows) / 1e9;
+        messages::warning(format!(
+            "{file}: {n_rows} rows: a Gaussian process may take {gigabytes:.0} GB for each joint learned at a time"
+        ));
+    }
+    for (number, context) in samples.contexts.iter().enumerate() {
+        let of_context = samples.context_of.iter().filter(|of| **of == number);
+        if of_context.count() == 1 {
+            messages::warning(format!(
+                "{file}: context `{context}` has one row: it is predicted from the other contexts"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Learns the joints side by side, and reports on them.
+fn learn(
+    args: &Args,
+    samples: &Samples,
+    learner: &dyn Learn,
+    file: &str,
+) -> Result<Learned, CliError> {
+    let n_joints = samples.torques.len();
+    let asked = args.threads.or(std::thread::available_parallelism().ok());
+    let n_threads = asked.map_or(1, NonZeroUsize::get).min(n_joints);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(n_threads)
+        .build()
+        .map_err(|error| CliError::Usage(format!("cannot start {n_threads} threads: {error}")))?;
+    let of_option = (!args.model.is_of_many_contexts()).then(|| args.model.name());
+    let progress = Progress::new(of_option, n_joints);
+    let learned = pool
+        .install(|| learn_joints(samples, learner, &progress))
+        .map_err(CliError::of_data(file))?;
+    messages::report(report::table(samples, &learned, &progress));
+    if let Some(RankSelection { criterion, values }) = &learned.selection {
+        let values: Vec<String> = values
+            .iter()
+            .map(|(rank, value)| format!("{rank} {value:.1}"))
+            .collect();
+        messages::note(format!("{criterion} by rank: {}", values.join(", ")));
+    }
+    Ok(learned)
+}

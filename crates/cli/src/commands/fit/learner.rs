@@ -1,0 +1,72 @@
+//! The way to learn that the options ask for.
+
+use gp_core::{FitOptions, Starts};
+use kernels::TorqueForm;
+use mtgp::MultiTaskOptions;
+use torque_model::learn::{
+    Learn, Linear, ManyContexts, Ranks, RigidBody, RigidBodyForm, SingleProcess, Tasks,
+};
+
+use crate::commands::fit::args::{Args, ModelArg, RankArg, StartsArg};
+use crate::error::CliError;
+
+/// The learner, with the robot that its parameters are of, if any.
+///
+/// # Errors
+/// A robot that is missing or refused.
+pub fn learner(args: &Args) -> Result<Box<dyn Learn>, CliError> {
+    Ok(match args.model {
+        ModelArg::Gpc => Box::new(process(args, TorqueForm::Coulomb)),
+        ModelArg::Gp => Box::new(process(args, TorqueForm::Smooth)),
+        ModelArg::Lrc => Box::new(Linear::coulomb()),
+        ModelArg::Lr => Box::new(Linear::smooth()),
+        ModelArg::Rbd => Box::new(rigid_body(args, RigidBodyForm::Alone)?),
+        ModelArg::RbdGp => Box::new(rigid_body(args, RigidBodyForm::WithProcess)?),
+        ModelArg::Mgp => Box::new(many_contexts(args, Tasks::Transfer(ranks(args)))),
+        ModelArg::Igp => Box::new(many_contexts(args, Tasks::Independent)),
+        ModelArg::Pgp => Box::new(many_contexts(args, Tasks::Pooled)),
+    })
+}
+
+fn process(args: &Args, form: TorqueForm) -> SingleProcess {
+    let mut options = match args.starts {
+        StartsArg::Chapter => FitOptions::chapter(),
+        StartsArg::Several => FitOptions::several(),
+    };
+    options.likelihood.method = args.method.method();
+    SingleProcess { form, options }
+}
+
+fn rigid_body(args: &Args, form: RigidBodyForm) -> Result<RigidBody, CliError> {
+    let Some(request) = args.robot.request() else {
+        return Err(CliError::Usage(format!(
+            "--model {} needs the robot whose parameters it learns: --robot FILE.urdf or puma560",
+            args.model.name()
+        )));
+    };
+    let mut options = FitOptions {
+        starts: match args.starts {
+            StartsArg::Chapter => Starts::Chapter,
+            StartsArg::Several => Starts::Several,
+        },
+        ..FitOptions::several()
+    };
+    options.likelihood.method = args.method.method();
+    Ok(RigidBody::new(request.load_with_source()?, form, options))
+}
+
+fn many_contexts(args: &Args, tasks: Tasks) -> ManyContexts {
+    let mut options = match args.starts {
+        StartsArg::Chapter => MultiTaskOptions::chapter(),
+        StartsArg::Several => MultiTaskOptions::several(),
+    };
+    options.likelihood.method = args.method.method();
+    ManyContexts { tasks, options }
+}
+
+fn ranks(args: &Args) -> Ranks {
+    match args.rank {
+        Some(RankArg::Given(rank)) => Ranks::Given(rank),
+        _ => Ranks::Chosen(args.criterion.unwrap_or_default().criterion()),
+    }
+}
