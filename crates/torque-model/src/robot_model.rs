@@ -100,10 +100,11 @@ impl RobotModel {
         consistent(inconsistency(&parts))?;
         let robot = match &parts.robot {
             None => None,
-            Some(source) => Some(match known_robot(&parts) {
-                Some(robot) => robot,
-                None => Arc::new(source.model("the model's robot")?),
-            }),
+            Some(source) => {
+                let robot = source.model("the model's robot")?;
+                consistent(other_robot(&parts, &robot))?;
+                Some(Arc::new(robot))
+            }
         };
         Ok(Self {
             parts,
@@ -277,13 +278,17 @@ impl RobotModel {
     }
 }
 
-/// The robot that the models of joints already have.
-fn known_robot(parts: &ModelParts) -> Option<Arc<Model>> {
-    parts.learned.iter().find_map(|(_, model)| match model {
-        JointModel::RigidBody(process) => Some(Arc::clone(&process.rows.robot)),
-        JointModel::RigidBodyAndProcess(process) => Some(Arc::clone(&process.rows.robot)),
-        _ => None,
-    })
+/// A joint's model that knows the parameters of another robot.
+fn other_robot(parts: &ModelParts, robot: &Model) -> Option<String> {
+    let is_other = |model: &JointModel| match model {
+        JointModel::RigidBody(process) => *process.rows.robot != *robot,
+        JointModel::RigidBodyAndProcess(process) => *process.rows.robot != *robot,
+        _ => false,
+    };
+    let (idx, _) = (parts.learned.iter()).find(|(_, model)| is_other(model))?;
+    Some(format!(
+        "joint {idx}'s model is of another robot than the one described"
+    ))
 }
 
 /// The kind of file for a model's parts, by its first joint.
