@@ -6,10 +6,8 @@
     reason = "values worked by hand are exact in binary"
 )]
 
-mod allocations;
 mod certified;
 mod curves;
-mod damaged_file;
 mod eq_04;
 mod eq_08;
 mod eq_09;
@@ -20,12 +18,9 @@ mod further_samples;
 mod joint_covariance;
 mod low_rank_posterior;
 mod memory;
-mod model_file;
 mod optimizer;
-mod predictor;
 mod recovery;
 mod rigid_body;
 mod samples;
 mod sampling;
 mod threads;
-mod torque_models;

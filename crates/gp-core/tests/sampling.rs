@@ -1,7 +1,10 @@
 //! Sec. 5: chains against densities whose moments are known, and their diagnostics against theory.
 
 use faer::mat;
-use gp_core::sampling::{Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, LogDensity, effective_sample_size, normal_quantile, sample_chain, sample_chains, split_r_hat};
+use gp_core::sampling::{
+    Chain, ChainOptions, ChainSummary, HyperPosterior, HyperPrior, Laplace, LogDensity,
+    effective_sample_size, normal_quantile, sample_chain, sample_chains, split_r_hat,
+};
 use gp_core::{GpError, LikelihoodOptions, LogMarginal};
 use kernels::LinearArd;
 use rand::{RngExt, SeedableRng};

@@ -1,8 +1,8 @@
 //! Eq. (19): information criteria counted by hand.
 
 use kernels::{Covariance, TorqueCovariance, TorqueForm};
-use mtgp::{Criterion, MtgpError, choose_rank};
 use mtgp::fit::{RankCandidate, RankCounts, choose_rank_per_joint};
+use mtgp::{Criterion, MtgpError, choose_rank};
 
 /// The chapter's robot at its smallest n: 6 joints, 14 loads, 280 samples per joint.
 fn chapter_counts() -> RankCounts {

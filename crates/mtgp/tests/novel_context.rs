@@ -5,7 +5,10 @@ use gp_core::optimize::MinimizeOptions;
 use gp_core::{GpError, LikelihoodOptions, Method, Posterior, log_marginal_likelihood};
 use mtgp::context::ContextModel;
 use mtgp::latent::LatentFunctions;
-use mtgp::novel::{AdaptedPosterior, Border, NewTorques, fit_row, log_density_of_row, log_density_of_row_with_gradient};
+use mtgp::novel::{
+    AdaptedPosterior, Border, NewTorques, fit_row, log_density_of_row,
+    log_density_of_row_with_gradient,
+};
 use mtgp::prior::TaskRow;
 use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
 

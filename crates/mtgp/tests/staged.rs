@@ -4,8 +4,11 @@ use faer::Mat;
 use gp_core::log_marginal_likelihood;
 use gp_core::search::Origin;
 use kernels::Covariance;
-use mtgp::{Criterion, MtgpError, MultiTaskCovariance, MultiTaskOptions, Stacked, StageOne, TaskCovariance, TaskFactor, TaskFit, choose_rank, fit_independent, fit_pooled};
 use mtgp::fit::{RankCandidate, RankCounts, fit_rank, fit_ranks_telling, fit_separate, rank_part};
+use mtgp::{
+    Criterion, MtgpError, MultiTaskCovariance, MultiTaskOptions, Stacked, StageOne, TaskCovariance,
+    TaskFactor, TaskFit, choose_rank, fit_independent, fit_pooled,
+};
 
 use crate::icm_draws::{Draw, four_tasks_of_rank_two};
 

@@ -1,9 +1,12 @@
 //! The test for an unknown context: uniform where the model is right, powerful where it is not.
 
 use faer::Mat;
-use gp_core::Factor;
 use kernels::Covariance;
-use mtgp::context::{Calibration, ContextAnswer, ContextPosterior, ContextPrior, JointTorques, chi_squared_upper_tail, context_evidence, known_or_unknown, largest_p_value};
+use linalg::Factor;
+use mtgp::context::{
+    Calibration, ContextAnswer, ContextPosterior, ContextPrior, JointTorques,
+    chi_squared_upper_tail, context_evidence, known_or_unknown, largest_p_value,
+};
 use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -1,7 +1,9 @@
 //! The model of one joint's torque: the five that a file can hold.
 
 use faer::MatRef;
-use gp_core::fit::{BayesLinear, InformedFit, LinearForm, RigidBodyAndProcess, RigidBodyCovariance};
+use gp_core::fit::{
+    BayesLinear, InformedFit, LinearForm, RigidBodyAndProcess, RigidBodyCovariance,
+};
 use gp_core::{Fit, Prediction};
 use kernels::{TorqueCovariance, TorqueForm};
 use mtgp::TaskFit;

@@ -1,7 +1,5 @@
 //! What a model of a robot consists of, and whether it fits together.
 
-use std::sync::Arc;
-
 use puma_dyn::Model;
 use serde::{Deserialize, Serialize};
 
@@ -41,13 +39,17 @@ pub struct RankSelection {
     pub values: Vec<(usize, f64)>,
 }
 
-/// The robot that the models of joints already have.
-pub(crate) fn known_robot(parts: &ModelParts) -> Option<Arc<Model>> {
-    parts.learned.iter().find_map(|(_, model)| match model {
-        JointModel::RigidBody(process) => Some(Arc::clone(&process.rows.robot)),
-        JointModel::RigidBodyAndProcess(process) => Some(Arc::clone(&process.rows.robot)),
-        _ => None,
-    })
+/// A joint's model that knows the parameters of another robot.
+pub(crate) fn other_robot(parts: &ModelParts, robot: &Model) -> Option<String> {
+    let is_other = |model: &JointModel| match model {
+        JointModel::RigidBody(process) => *process.rows.robot != *robot,
+        JointModel::RigidBodyAndProcess(process) => *process.rows.robot != *robot,
+        _ => false,
+    };
+    let (idx, _) = (parts.learned.iter()).find(|(_, model)| is_other(model))?;
+    Some(format!(
+        "joint {idx}'s model is of another robot than the one described"
+    ))
 }
 
 /// The kind of file for a model's parts, by its first joint.

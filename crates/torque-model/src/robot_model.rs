@@ -10,7 +10,7 @@ use puma_dyn::Model;
 use crate::error::{TorqueError, consistent};
 use crate::file::{ModelFileError, ModelFileKind, read_model, write_model};
 use crate::joint_model::JointModel;
-use crate::parts::{ModelParts, inconsistency, kind_of, known_robot};
+use crate::parts::{ModelParts, inconsistency, kind_of, other_robot};
 use crate::prediction::JointPrediction;
 use crate::predictor::Predictor;
 use crate::process::TaskProcess;
@@ -66,10 +66,11 @@ impl RobotModel {
         consistent(inconsistency(&parts))?;
         let robot = match &parts.robot {
             None => None,
-            Some(source) => Some(match known_robot(&parts) {
-                Some(robot) => robot,
-                None => Arc::new(source.model("the model's robot")?),
-            }),
+            Some(source) => {
+                let robot = source.model("the model's robot")?;
+                consistent(other_robot(&parts, &robot))?;
+                Some(Arc::new(robot))
+            }
         };
         Ok(Self {
             parts,

@@ -18,6 +18,15 @@ pub struct RobotSource {
 }
 
 impl RobotSource {
+    /// The built-in PUMA 560.
+    pub fn puma560() -> Self {
+        Self {
+            urdf: None,
+            sidecar: None,
+            gravity: None,
+        }
+    }
+
     /// The robot; `whose` stands for its files in messages.
     ///
     /// # Errors

@@ -1,8 +1,8 @@
 //! Damaged model files are refused, whatever the kind of model.
 
-use gp_core::ModelFileError;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use torque_model::ModelFileError;
 
 /// Magic number, version, length and checksum.
 const HEADER: usize = 52;

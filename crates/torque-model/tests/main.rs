@@ -1,1 +1,23 @@
-//! One binary for all integration tests.
+//! Integration tests of what is learned of a robot's torques.
+
+#![allow(clippy::unwrap_used, reason = "a test fails where its premise does")]
+#![allow(
+    clippy::float_cmp,
+    reason = "values worked by hand are exact in binary"
+)]
+
+mod allocations;
+mod damaged_file;
+mod extended_precision;
+mod forged_files;
+mod learning;
+mod many_loads_file;
+mod model_file;
+mod multi_task_models;
+mod old_files;
+mod predictor;
+mod rigid_body_file;
+mod rigid_body_models;
+mod rounding;
+mod threads;
+mod torque_models;

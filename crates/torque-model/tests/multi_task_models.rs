@@ -1,13 +1,17 @@
 //! Models of three contexts to save, load and ask.
 
 use faer::Mat;
-use gp_core::{FitSummary, LikelihoodOptions, Method, Posterior, Provenance, TrainingRanges};
+use gp_core::{LikelihoodOptions, Method, Posterior};
 use kernels::{TorqueCovariance, TorqueParams};
 use mtgp::latent::LatentFunctions;
-use mtgp::prior::TaskRow;
-use mtgp::{ModelParts, MultiTaskCovariance, MultiTaskModel, RankSelection, Stacked, TaskCovariance, TaskFactor, TaskProcess, with_task};
+use mtgp::prior::{TaskCovariance, TaskRow};
+use mtgp::{MtgpError, MultiTaskCovariance, Stacked, TaskFactor, with_task};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use torque_model::{
+    Adapt, FitSummary, JointModel, JointTorques, ModelParts, Provenance, RankSelection, RobotModel,
+    Samples, TaskProcess, TorqueError, TrainingRanges, adapt, adapt_joint,
+};
 
 pub const N_JOINTS: usize = 2;
 pub const CONTEXTS: [&str; 3] = ["none", "brick", "c7, heavy"];
@@ -32,8 +36,10 @@ fn process(data: &Stacked, torques: &[f64], task: TaskCovariance, method: Method
     };
     let targets = data.stack(torques);
     let posterior = Posterior::new(prior, 0.1, data.inputs(), &targets, options).unwrap();
-    TaskProcess {
-        summary: FitSummary {
+    let rank = posterior.rank();
+    TaskProcess::of_tasks(
+        posterior,
+        FitSummary {
             log_marginal: -3.5,
             start: "A.3 from iGP".to_owned(),
             n_starts: 2,
@@ -41,15 +47,14 @@ fn process(data: &Stacked, torques: &[f64], task: TaskCovariance, method: Method
             bounds_hit: vec!["noise_std".to_owned()],
             condition_lower_bound: 10.0,
             method: "dense".to_owned(),
-            rank: posterior.rank(),
+            rank,
             error_bound: None,
         },
-        posterior,
-    }
+    )
 }
 
 /// A dense mGP-2 and a certified one, or iGP and pGP.
-pub fn model(n: usize, has_fixed_tasks: bool) -> MultiTaskModel {
+pub fn model(n: usize, has_fixed_tasks: bool) -> RobotModel {
     let x = inputs(1, n);
     let tasks: Vec<usize> = (0..n).map(|row| (row * row + 1) % 3).collect();
     let tasks: Vec<usize> = if n < 6 {
@@ -78,12 +83,15 @@ pub fn model(n: usize, has_fixed_tasks: bool) -> MultiTaskModel {
         )
     };
     let range = TrainingRanges::of(x.as_ref()).unwrap();
-    MultiTaskModel::new(ModelParts {
+    RobotModel::new(ModelParts {
         joint_names: vec!["base".to_owned(), "elbow".to_owned()],
         contexts: CONTEXTS.map(str::to_owned).to_vec(),
         learned: vec![
-            (0, process(&data, &torques, first, Method::Dense)),
-            (1, process(&data, &torques, second, Method::Certified)),
+            (0, process(&data, &torques, first, Method::Dense).into()),
+            (
+                1,
+                process(&data, &torques, second, Method::Certified).into(),
+            ),
         ],
         ranges: range.clone(),
         context_ranges: vec![range; 3],
@@ -91,6 +99,7 @@ pub fn model(n: usize, has_fixed_tasks: bool) -> MultiTaskModel {
             criterion: "BIC".to_owned(),
             values: vec![(1, 5.0), (2, 4.5)],
         }),
+        robot: None,
         provenance: Provenance {
             data_sha256: [7; 32],
             robot_sha256: None,
@@ -105,19 +114,24 @@ pub fn model(n: usize, has_fixed_tasks: bool) -> MultiTaskModel {
 fn a_prediction_is_that_of_the_posterior_at_rows_of_the_task() {
     let model = model(60, false);
     let x = inputs(5, 7);
-    for (task, context) in CONTEXTS.iter().enumerate() {
-        let predictions = model.predict(context, x.as_ref()).unwrap();
-        for (prediction, (joint_idx, process)) in predictions.iter().zip(model.learned()) {
+    for task in 0..CONTEXTS.len() {
+        assert_eq!(model.number_of(CONTEXTS[task]), Ok(task));
+        for (place, (_, process)) in model.tasks().enumerate() {
             let rows = with_task(x.as_ref(), task);
             let expected = process.posterior.predict(rows.as_ref()).unwrap();
-            assert_eq!(prediction.mean, expected.mean);
-            assert_eq!(prediction.var, expected.var);
-            assert_eq!(prediction.joint_idx, *joint_idx);
+            let found = model.predict_joint(place, task, x.as_ref()).unwrap();
+            assert_eq!((found.mean, found.var), (expected.mean, expected.var));
         }
     }
-    let error = model.predict("c9", x.as_ref()).unwrap_err();
+    let error = model.number_of("c9").unwrap_err();
     let expected = "unknown context `c9`; the model has none, brick, c7, heavy";
     assert_eq!(error.to_string(), expected);
+    assert_eq!(model.predictor().number_of("c9").unwrap_err(), error);
+    let error = model.predict_joint(0, 3, x.as_ref()).unwrap_err();
+    assert!(matches!(
+        error,
+        TorqueError::Mtgp(MtgpError::UnknownTask { task: 3, .. })
+    ));
 }
 
 #[test]
@@ -133,31 +147,40 @@ fn the_predictor_says_what_the_model_says_in_every_context() {
                 let state: Vec<f64> = x.row(row).iter().copied().collect();
                 // Another context at every state.
                 for (number, context) in CONTEXTS.iter().enumerate() {
-                    let expected = model.predict(context, x.subrows(row, 1)).unwrap();
                     assert_eq!(predictor.number_of(context).unwrap(), number);
                     let result =
                         predictor.predict_into(number, &mut scratch, &state, &mut mean, &mut var);
                     assert!(result.is_ok());
-                    for (joint, expected) in expected.iter().enumerate() {
+                    for joint in 0..2 {
+                        let expected = model.predict_joint(joint, number, x.subrows(row, 1));
+                        let expected = expected.unwrap();
                         let (m, v) = (expected.mean[0], expected.var[0]);
-                        // |β| ≤ |t|/σ² and K has entries below 10: a few roundings of n |β| K.
-                        let scale = n as f64 * 500.0 * 10.0;
-                        let tolerance = 8.0 * f64::EPSILON * scale;
-                        assert!(
-                            (mean[joint] - m).abs() <= tolerance,
-                            "{n}: {} {m}",
-                            mean[joint]
-                        );
-                        assert!(
-                            (var[joint] - v).abs() <= tolerance,
-                            "{n}: {} {v}",
-                            var[joint]
-                        );
+                        let tolerance = tolerance(n);
+                        let found = (mean[joint], var[joint]);
+                        assert!((found.0 - m).abs() <= tolerance, "{n}: {found:?} {m}");
+                        assert!((found.1 - v).abs() <= tolerance, "{n}: {found:?} {v}");
                     }
                 }
             }
         }
     }
+}
+
+/// |β| ≤ |t|/σ² and K has entries below 10: a few roundings of n |β| K.
+fn tolerance(n: usize) -> f64 {
+    8.0 * f64::EPSILON * n as f64 * 500.0 * 10.0
+}
+
+/// The model with one more context, by a given row of Λ for every joint.
+fn with_context(model: &RobotModel, name: &str, rows: &[TaskRow]) -> Result<RobotModel, String> {
+    let mut parts = model.parts().clone();
+    for ((_, joint), row) in parts.learned.iter_mut().zip(rows) {
+        let grown = joint.tasks().unwrap().with_row(row);
+        *joint = grown.map_err(|error| error.to_string())?.into();
+    }
+    parts.contexts.push(name.to_owned());
+    parts.context_ranges.push(parts.ranges.clone());
+    RobotModel::new(parts).map_err(|error| error.to_string())
 }
 
 /// Λ with one more row, of the kinds that [`model`] makes.
@@ -177,20 +200,19 @@ fn a_grown_model_predicts_the_old_contexts_to_the_bit_and_the_new_one_by_its_row
         for n in [5, 60, 200] {
             let model = model(n, has_fixed_tasks);
             let rows = new_rows(has_fixed_tasks);
-            let ranges = TrainingRanges::of(x.as_ref()).unwrap();
-            let grown = model.with_context("new", &rows, ranges).unwrap();
-            let grown = MultiTaskModel::from_bytes(&grown.to_bytes()).unwrap();
-            for context in CONTEXTS {
+            let grown = with_context(&model, "new", &rows).unwrap();
+            let grown = RobotModel::from_bytes(&grown.to_bytes()).unwrap();
+            for context in 0..CONTEXTS.len() {
                 let before = model.predict(context, x.as_ref()).unwrap();
                 assert_eq!(grown.predict(context, x.as_ref()).unwrap(), before);
             }
-            let found = grown.predict("new", x.as_ref()).unwrap();
-            for ((found, row), (_, process)) in found.iter().zip(&rows).zip(model.learned()) {
+            let new = grown.number_of("new").unwrap();
+            let found = grown.predict(new, x.as_ref()).unwrap();
+            for ((found, row), (_, process)) in found.iter().zip(&rows).zip(model.tasks()) {
                 let latent = LatentFunctions::new(&process.posterior, x.as_ref()).unwrap();
                 let covariance = latent.covariance_of(row);
                 let mean = latent.mean_of(&row.entries);
-                // As for the predictor above.
-                let tolerance = 8.0 * f64::EPSILON * n as f64 * 500.0 * 10.0;
+                let tolerance = tolerance(n);
                 for idx in 0..x.nrows() {
                     let (m, v) = (found.mean[idx], found.var[idx]);
                     assert!((m - mean[idx]).abs() <= tolerance, "{m} {}", mean[idx]);
@@ -206,20 +228,31 @@ fn a_grown_model_predicts_the_old_contexts_to_the_bit_and_the_new_one_by_its_row
 fn a_model_that_holds_new_samples_is_read_back_and_predicts_to_the_bit_what_it_did() {
     let model = model(60, false);
     let x = inputs(5, 7);
-    let ranges = TrainingRanges::of(x.as_ref()).unwrap();
-    let torques = [0.3, -0.2].map(|scale| (0..7).map(|i| scale * f64::from(i)).collect());
-    let grown = model.with_context("new", &new_rows(false), ranges).unwrap();
-    let adapted = grown.with_samples("new", x.as_ref(), &torques).unwrap();
-    let read = MultiTaskModel::from_bytes(&adapted.to_bytes()).unwrap();
+    let torques: [Vec<f64>; 2] =
+        [0.3, -0.2].map(|scale| (0..7).map(|i| scale * f64::from(i)).collect());
+    let grown = with_context(&model, "new", &new_rows(false)).unwrap();
+    let mut parts = grown.parts().clone();
+    for ((_, joint), torques) in parts.learned.iter_mut().zip(&torques) {
+        let of_joint = joint.tasks().unwrap();
+        let adapted = of_joint.with_samples(3, x.as_ref(), torques).unwrap();
+        assert_eq!(
+            joint.summary().unwrap().rank + 7,
+            adapted.posterior.rank(),
+            "seven more points"
+        );
+        *joint = adapted.into();
+    }
+    let adapted = RobotModel::new(parts).unwrap();
+    let read = RobotModel::from_bytes(&adapted.to_bytes()).unwrap();
     let elsewhere = inputs(6, 9);
-    for context in CONTEXTS.iter().chain(&["new"]) {
+    for context in 0..4 {
         let found = read.predict(context, elsewhere.as_ref()).unwrap();
         assert_eq!(found, adapted.predict(context, elsewhere.as_ref()).unwrap());
         assert_ne!(found, grown.predict(context, elsewhere.as_ref()).unwrap());
     }
     // Closer to the torques than the row alone; half as much as the noise and the 60 other samples let it.
-    let error = |model: &MultiTaskModel| -> f64 {
-        let predictions = model.predict("new", x.as_ref()).unwrap();
+    let error = |model: &RobotModel| -> f64 {
+        let predictions = model.predict(3, x.as_ref()).unwrap();
         let of_joint = predictions.iter().zip(&torques);
         let errors = of_joint.flat_map(|(p, t): (_, &Vec<f64>)| p.mean.iter().zip(t));
         errors.map(|(mean, torque)| (mean - torque).powi(2)).sum()
@@ -234,29 +267,26 @@ fn a_model_that_holds_new_samples_is_read_back_and_predicts_to_the_bit_what_it_d
     let mut bytes = adapted.to_bytes();
     let last = bytes.len() - 1;
     bytes[last] ^= 1;
-    assert!(MultiTaskModel::from_bytes(&bytes).is_err());
-    let error = adapted
-        .with_samples("c9", x.as_ref(), &torques)
+    assert!(RobotModel::from_bytes(&bytes).is_err());
+    let (_, process) = adapted.tasks().next().unwrap();
+    let error = process
+        .with_samples(9, x.as_ref(), &torques[0])
         .unwrap_err();
+    assert!(error.to_string().contains("task 9"), "{error}");
     assert!(
-        error.to_string().contains("unknown context `c9`"),
-        "{error}"
+        process
+            .with_samples(3, x.as_ref(), &torques[0][..1])
+            .is_err()
     );
-    let error = adapted.with_samples("new", x.as_ref(), &torques[..1]);
-    assert!(error.unwrap_err().to_string().contains("torques of joints"));
 }
 
 #[test]
 fn a_context_that_does_not_fit_is_refused() {
     let model = model(12, false);
-    let ranges = TrainingRanges::of(inputs(5, 7).as_ref()).unwrap();
     let rows = new_rows(false);
-    let refused = |name: &str, rows: &[TaskRow]| {
-        let grown = model.with_context(name, rows, ranges.clone());
-        grown.unwrap_err().to_string()
-    };
+    let refused = |name: &str, rows: &[TaskRow]| with_context(&model, name, rows).unwrap_err();
     assert!(refused("brick", &rows).contains("two contexts are named brick"));
-    assert!(refused("new", &rows[..1]).contains("rows of joints"));
+    assert!(refused("new", &rows[..1]).contains("3 contexts, not 2 and 4"));
     let longer = TaskRow::in_span(vec![1.0; 3]);
     assert!(refused("new", &[longer, rows[1].clone()]).contains("entries of a task's row"));
     let not_finite = TaskRow::in_span(vec![1.0, f64::NAN]);
@@ -268,20 +298,85 @@ fn a_context_that_does_not_fit_is_refused() {
     assert!(refused("new", &[own, rows[1].clone()]).contains("columns of task_factor"));
 }
 
+/// Torques of a load that is between the second and the third, of some joints.
+fn new_load(joints: &[usize]) -> Samples {
+    let x = inputs(9, 30);
+    let values: Vec<f64> = (0..30)
+        .map(|row| 5.0 * x[(row, 0)] + x[(row, 3)].signum())
+        .collect();
+    let of_joint = |&joint_idx: &usize| JointTorques {
+        joint_idx,
+        values: values.clone(),
+    };
+    let names = vec!["base".to_owned(), "elbow".to_owned()];
+    Samples::of_one_context(names, x, joints.iter().map(of_joint).collect()).unwrap()
+}
+
 #[test]
-fn switching_the_context_allocates_nothing() {
-    let model = model(200, false);
-    let predictor = model.predictor();
-    let mut scratch = predictor.scratch();
-    let (mut mean, mut var) = ([0.0; 2], [0.0; 2]);
-    let report = allocation_counter::measure(|| {
-        for (value, context) in [(0.1, 2), (-1.0, 0), (1e200, 1), (f64::NAN, 2), (0.3, 1)] {
-            let x = [value; 3 * N_JOINTS];
-            let result = predictor.predict_into(context, &mut scratch, &x, &mut mean, &mut var);
-            assert_eq!(result.is_ok(), f64::is_finite(value));
-        }
+fn a_model_of_many_loads_learns_one_more_from_its_torques() {
+    let model = model(60, false);
+    let samples = new_load(&[0, 1]);
+    let provenance = model.parts().provenance.clone();
+    let adapt_by = |how: Adapt| adapt(&model, "new", &samples, how, provenance.clone()).unwrap();
+    let row_only = Adapt {
+        is_row_only: true,
+        ..Adapt::default()
+    };
+    let by_row = adapt_by(row_only);
+    let x = inputs(5, 7);
+    for context in 0..3 {
+        let before = model.predict(context, x.as_ref()).unwrap();
+        assert_eq!(by_row.predict(context, x.as_ref()).unwrap(), before);
+    }
+    let conditioned = adapt_by(Adapt::default());
+    assert_eq!(conditioned.contexts().last().unwrap(), "new");
+    assert_eq!(conditioned.context_ranges()[3], samples.ranges().unwrap());
+    let error = |model: &RobotModel| -> f64 {
+        let found = model.predict(3, samples.x.as_ref()).unwrap();
+        let errors = found[0].mean.iter().zip(&samples.torques[0].values);
+        errors.map(|(mean, torque)| (mean - torque).powi(2)).sum()
+    };
+    // The row is in the span of two latent functions; conditioning is not bound to it.
+    let errors = (error(&conditioned), error(&by_row));
+    assert!(errors.0 < 0.25 * errors.1, "{errors:?}");
+
+    // A joint at a time it is the same.
+    let (_, process) = model.tasks().next().unwrap();
+    let torques = &samples.torques[0].values;
+    let alone = adapt_joint(process, samples.x.as_ref(), torques, Adapt::default()).unwrap();
+    let (_, together) = conditioned.tasks().next().unwrap();
+    let basis = |process: &TaskProcess| process.posterior.basis().weights.clone();
+    assert_eq!(basis(&alone), basis(together));
+}
+
+#[test]
+fn what_cannot_be_adapted_is_refused() {
+    let model = model(12, false);
+    let provenance = || model.parts().provenance.clone();
+    let refused = |model: &RobotModel, name: &str, samples: &Samples| {
+        adapt(model, name, samples, Adapt::default(), provenance()).unwrap_err()
+    };
+    let error = refused(&model, "new", &new_load(&[1]));
+    let expected = "inconsistent model: torques of joints [1] for models of [0, 1]";
+    assert_eq!(error.to_string(), expected);
+    let error = refused(&model, "brick", &new_load(&[0, 1]));
+    assert!(error.to_string().contains("two contexts are named brick"));
+
+    let x = inputs(3, 20);
+    let linear = gp_core::BayesLinear::fit(
+        x.as_ref(),
+        &(0..20).map(f64::from).collect::<Vec<_>>(),
+        gp_core::LinearForm::Smooth,
+    );
+    let of_one = RobotModel::new(ModelParts {
+        contexts: Vec::new(),
+        context_ranges: Vec::new(),
+        learned: vec![(0, JointModel::from(linear.unwrap()))],
+        ..model.parts().clone()
     });
-    assert_eq!(report.count_total, 0, "{report:?}");
+    let error = refused(&of_one.unwrap(), "new", &new_load(&[0]));
+    let expected = "a model of one context cannot learn another";
+    assert_eq!(error.to_string(), expected);
 }
 
 #[test]
@@ -289,7 +384,7 @@ fn parts_that_do_not_fit_are_refused() {
     let refused = |change: fn(&mut ModelParts)| {
         let mut parts = model(12, false).parts().clone();
         change(&mut parts);
-        MultiTaskModel::new(parts).unwrap_err().to_string()
+        RobotModel::new(parts).unwrap_err().to_string()
     };
     let message = |what: &str| format!("inconsistent model: {what}");
     for (found, expected) in [

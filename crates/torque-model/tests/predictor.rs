@@ -1,136 +1,84 @@
 //! The predictor of a control loop against the model it is made from.
 
-use faer::{Mat, RowRef};
-use gp_core::{JointModel, LinearForm, Method, ProcessModel, TorqueModel};
-use kernels::{Covariance, TorqueForm};
+use faer::Mat;
+use gp_core::{GpError, LinearForm, Method};
+use kernels::TorqueForm;
+use mtgp::MtgpError;
+use torque_model::{JointModel, RobotModel, TorqueError};
 
-use crate::samples::uniform_inputs;
+use crate::multi_task_models::{self, inputs};
+use crate::rigid_body_models::{self, rigid_body, states};
+use crate::rounding::bounds;
 use crate::torque_models::{
-    N_JOINTS, all_kinds, curve, linear, low_rank, names, process, provenance, ranges, torques,
+    N_JOINTS, all_kinds, curve, linear, low_rank, parts, process, torques, uniform_inputs,
 };
 
 fn state(x: &Mat<f64>, row: usize) -> Vec<f64> {
     x.row(row).iter().copied().collect()
 }
 
-/// L⁻¹b, or L⁻ᵀb, by substitution.
-fn solve(l: &Mat<f64>, rhs: &[f64], is_transposed: bool) -> Vec<f64> {
-    let n = rhs.len();
-    let mut solution = rhs.to_vec();
-    for step in 0..n {
-        let row = if is_transposed { n - 1 - step } else { step };
-        let known = if is_transposed { row + 1..n } else { 0..row };
-        let entry = |i: usize| {
-            if is_transposed {
-                l[(i, row)]
-            } else {
-                l[(row, i)]
+/// A model of every kind, by either path, with states to ask it for.
+fn of_all_kinds() -> Vec<(RobotModel, Mat<f64>)> {
+    let x = uniform_inputs(3, 40, 3 * N_JOINTS);
+    vec![
+        (all_kinds(61), x.clone()),
+        (low_rank(200), x),
+        (multi_task_models::model(60, false), inputs(6, 40)),
+        (multi_task_models::model(200, true), inputs(6, 40)),
+        (rigid_body(30, Method::Dense), states(6, 40)),
+        (rigid_body(150, Method::Dense), states(6, 40)),
+        (rigid_body(150, Method::Certified), states(6, 40)),
+    ]
+}
+
+#[test]
+fn a_call_of_the_loop_says_to_the_bit_what_the_model_says_of_many_rows() {
+    for (model, x) in of_all_kinds() {
+        let predictor = model.predictor();
+        let n = predictor.n_learned();
+        let (mut mean, mut var) = (vec![0.0; n], vec![0.0; n]);
+        let mut scratch = predictor.scratch();
+        for context in 0..predictor.n_contexts() {
+            let expected = model.predict(context, x.as_ref()).unwrap();
+            for row in 0..x.nrows() {
+                let x = state(&x, row);
+                let result = predictor.predict_into(context, &mut scratch, &x, &mut mean, &mut var);
+                assert_eq!(result, Ok(()));
+                for (place, joint) in expected.iter().enumerate() {
+                    assert_eq!(mean[place].to_bits(), joint.mean[row].to_bits());
+                    assert_eq!(var[place].to_bits(), joint.var[row].to_bits());
+                    assert_eq!(joint.noise_var, predictor.noise_vars()[place]);
+                }
             }
-        };
-        let sum: f64 = known.map(|i| entry(i) * solution[i]).sum();
-        solution[row] = (solution[row] - sum) / l[(row, row)];
-    }
-    solution
-}
-
-/// |L||v| for a lower triangle.
-fn absolute_product(l: &Mat<f64>, v: &[f64]) -> Vec<f64> {
-    let row = |row: usize| (0..=row).map(|i| (l[(row, i)] * v[i]).abs()).sum();
-    (0..v.len()).map(row).collect()
-}
-
-/// Bounds on the rounding errors of mean and variance of a process, both ways of computing together.
-///
-/// ```text
-/// |δk_p| ≤ (d + 2) ε v² max|z|² + (2d + ℓ + 2) ε c̄_p      module docs of the squared exponential; sums of c
-/// |δmean| ≤ Σ_p |β_p| (|δk_p| + 2 r ε c̄_p)
-/// φ = L⁻¹k:   |δ|φ|²| ≤ 2 |a|ᵀ(|δk| + 2 r ε |L||φ|) + 2 r ε |φ|²,   a = L⁻ᵀφ
-/// ψ = R⁻ᵀφ:   |δ|ψ|²| ≤ 2 |L⁻ᵀb|ᵀ(|δk| + 2 r ε |L||φ|) + 4 r ε |b|ᵀ|Rᵀ||ψ| + 2 r ε |ψ|²,   b = R⁻¹ψ
-/// ```
-/// with c̄_p the sum of the absolute terms of c(p, x); a substitution solves a system
-/// within |ΔL| ≤ r ε |L| of the one given (Higham 2002, theorem 8.5), here done twice.
-fn tolerances(process: &ProcessModel, x: &[f64]) -> (f64, f64) {
-    let eps = f64::EPSILON;
-    let covariance = process.posterior.covariance();
-    let basis = process.posterior.basis();
-    let (points, weights) = (basis.points.as_ref(), &basis.weights);
-    let l = basis.factor.l().to_owned();
-    let noise_var = process.posterior.noise_std().powi(2);
-    let noise = basis.noise_factor.as_ref();
-    let noise = noise.map(|r| (r.transpose().to_owned(), noise_var));
-    let (r, d) = (points.nrows(), points.ncols());
-    let params = covariance.named_params();
-    let largest_z = |p: usize| -> f64 {
-        let reach = |j: usize| points[(p, j)].abs() + x[j].abs() + 4.0;
-        (0..d)
-            .map(|j| (reach(j) / params.length_scales[j]).powi(2))
-            .sum()
-    };
-    let absolute = |p: usize| -> f64 {
-        let linear = |j: usize| params.linear_std[j].powi(2) * (x[j] * points[(p, j)]).abs();
-        let coulomb = params.coulomb_std.iter().flatten().map(|w| w * w);
-        params.bias_std.powi(2)
-            + params.signal_std.powi(2)
-            + (0..d).map(linear).sum::<f64>()
-            + coulomb.sum::<f64>()
-    };
-    let delta_k: Vec<f64> = (0..r)
-        .map(|p| {
-            (d + 2) as f64 * eps * params.signal_std.powi(2) * largest_z(p)
-                + (2 * d + N_JOINTS + 2) as f64 * eps * absolute(p)
-        })
-        .collect();
-    let mean = (0..r).map(|p| weights[p].abs() * (delta_k[p] + 2.0 * r as f64 * eps * absolute(p)));
-
-    let sum = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| (a * b).abs()).sum() };
-    let rounding = 2.0 * r as f64 * eps;
-    let k = covariance.cross(points, RowRef::from_slice(x).as_mat());
-    let phi = solve(&l, k.col_as_slice(0), false);
-    let residual: Vec<f64> = (absolute_product(&l, &phi).iter().zip(&delta_k))
-        .map(|(product, delta)| delta + rounding * product)
-        .collect();
-    let mut var = 2.0 * sum(&solve(&l, &phi, true), &residual) + rounding * sum(&phi, &phi);
-    if let Some((r_transposed, noise_var)) = noise {
-        let psi = solve(&r_transposed, &phi, false);
-        let b = solve(&r_transposed, &psi, true);
-        let of_phi = 2.0 * sum(&solve(&l, &b, true), &residual);
-        let of_solve = 2.0 * rounding * sum(&b, &absolute_product(&r_transposed, &psi));
-        var += noise_var * (of_phi + of_solve + rounding * sum(&psi, &psi));
-    }
-    (mean.sum(), var)
-}
-
-fn tolerance_of(model: &JointModel, x: &[f64], mean: f64, var: f64) -> (f64, f64) {
-    match model {
-        JointModel::Process(process) => tolerances(process, x),
-        // A backward stable product and solve with a well-conditioned R of order p ≤ 17.
-        JointModel::Linear(_) => (
-            1e3 * f64::EPSILON * (1.0 + mean.abs()),
-            1e3 * f64::EPSILON * var,
-        ),
+        }
     }
 }
 
-/// Largest error of mean and variance as a part of its tolerance, over the rows of `x`.
-fn largest_errors(model: &TorqueModel, x: &Mat<f64>) -> (f64, f64) {
-    let predictor = model.predictor();
-    let mut scratch = predictor.scratch();
-    let expected = model.predict(x.as_ref()).unwrap();
-    let (mut mean, mut var) = (vec![0.0; expected.len()], vec![0.0; expected.len()]);
+/// Largest differences of mean and variance from the batch, as parts of their bounds, over rows and contexts.
+fn largest_errors(model: &RobotModel, x: &Mat<f64>) -> (f64, f64) {
     let mut largest = (0.0_f64, 0.0_f64);
-    for row in 0..x.nrows() {
-        let x = state(x, row);
-        predictor
-            .predict_into(&mut scratch, &x, &mut mean, &mut var)
-            .unwrap();
-        for (joint, (_, joint_model)) in model.learned().iter().enumerate() {
-            let (m, v) = (expected[joint].mean[row], expected[joint].var[row]);
-            let (of_mean, of_var) = tolerance_of(joint_model, &x, m, v);
-            largest.0 = largest.0.max((mean[joint] - m).abs() / of_mean);
-            largest.1 = largest.1.max((var[joint] - v).abs() / of_var);
+    for context in 0..model.contexts().len().max(1) {
+        let found = model.predict(context, x.as_ref()).unwrap();
+        for (place, (found, (_, of_joint))) in found.iter().zip(model.learned()).enumerate() {
+            let batch = model.predict_joint(place, context, x.as_ref()).unwrap();
+            for row in 0..x.nrows() {
+                let (m, v) = (batch.mean[row], batch.var[row]);
+                let (of_mean, of_var) = bounds(of_joint, context, &state(x, row), m, v);
+                largest.0 = largest.0.max((found.mean[row] - m).abs() / of_mean);
+                largest.1 = largest.1.max((found.var[row] - v).abs() / of_var);
+            }
         }
     }
     largest
+}
+
+#[test]
+fn the_predictor_equals_the_batch_within_rounding_whatever_the_kind() {
+    for (model, x) in of_all_kinds() {
+        let (mean, var) = largest_errors(&model, &x);
+        let kind = model.learned()[0].1.name();
+        assert!(mean <= 1.0 && var <= 1.0, "{kind}: {mean} {var}");
+    }
 }
 
 #[test]
@@ -170,7 +118,7 @@ fn a_joint_at_rest_has_no_friction() {
     for (velocity, mean) in [(0.0, &mut at_rest), (1e-12, &mut moving)] {
         x[N_JOINTS..2 * N_JOINTS].fill(velocity);
         predictor
-            .predict_into(&mut scratch, &x, mean, &mut var)
+            .predict_into(0, &mut scratch, &x, mean, &mut var)
             .unwrap();
     }
     // Without signs nothing jumps; with them friction does.
@@ -182,44 +130,88 @@ fn a_joint_at_rest_has_no_friction() {
 
 #[test]
 fn states_that_are_not_finite_leave_nan_and_an_error() {
-    let predictor = all_kinds(12).predictor();
-    let mut scratch = predictor.scratch();
-    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        for column in 0..3 * N_JOINTS {
-            let mut x = [0.1; 3 * N_JOINTS];
-            x[column] = value;
-            let (mut mean, mut var) = ([1.0; N_JOINTS], [1.0; N_JOINTS]);
-            let result = predictor.predict_into(&mut scratch, &x, &mut mean, &mut var);
-            assert!(matches!(
-                result,
-                Err(gp_core::GpError::NonFiniteInput { row: 0, column: c, .. }) if c == column
-            ));
-            assert!(mean.iter().chain(&var).all(|value| value.is_nan()));
+    for (model, _) in of_all_kinds() {
+        let predictor = model.predictor();
+        let mut scratch = predictor.scratch();
+        let (d, n) = (3 * model.n_joints(), predictor.n_learned());
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for bad in 0..d {
+                let mut x = vec![0.1; d];
+                x[bad] = value;
+                let (mut mean, mut var) = (vec![1.0; n], vec![1.0; n]);
+                let result = predictor.predict_into(0, &mut scratch, &x, &mut mean, &mut var);
+                let Err(TorqueError::Gp(GpError::NonFiniteInput { row: 0, column, .. })) = result
+                else {
+                    panic!("{result:?}");
+                };
+                assert_eq!(column, bad);
+                assert!(mean.iter().chain(&var).all(|value| value.is_nan()));
+            }
         }
     }
 }
 
 #[test]
-fn states_of_any_size_never_panic_and_are_never_taken_for_certain() {
-    let predictor = all_kinds(12).predictor();
-    let mut scratch = predictor.scratch();
-    let (mut mean, mut var) = ([0.0; N_JOINTS], [0.0; N_JOINTS]);
-    for size in [f64::MAX, -f64::MAX, 1e200, -1e160, 5e-324, -0.0] {
-        let x = [size; 3 * N_JOINTS];
-        predictor
-            .predict_into(&mut scratch, &x, &mut mean, &mut var)
-            .unwrap();
-        assert!(
-            var.iter().all(|var| *var > 0.0 || var.is_nan()),
-            "{size}: {var:?}"
-        );
+fn states_of_any_size_never_panic_and_an_overflow_is_an_error_of_a_joint() {
+    for (model, _) in of_all_kinds() {
+        let predictor = model.predictor();
+        let mut scratch = predictor.scratch();
+        let (d, n) = (3 * model.n_joints(), predictor.n_learned());
+        let (mut mean, mut var) = (vec![0.0; n], vec![0.0; n]);
+        for size in [f64::MAX, -f64::MAX, 1e200, -1e160] {
+            let x = vec![size; d];
+            let result = predictor.predict_into(0, &mut scratch, &x, &mut mean, &mut var);
+            let Err(TorqueError::NotFinite { row: 0, joint_idx }) = result else {
+                panic!("{size}: {result:?}");
+            };
+            assert_eq!(joint_idx, predictor.joint_indices()[0]);
+            assert!(mean.iter().chain(&var).all(|value| value.is_nan()));
+        }
+        // A call after an overflow is not touched by it.
+        for size in [5e-324, -0.0, 0.1] {
+            let x = vec![size; d];
+            let result = predictor.predict_into(0, &mut scratch, &x, &mut mean, &mut var);
+            assert_eq!(result, Ok(()));
+            assert!(mean.iter().all(|mean| mean.is_finite()));
+            // At rest nothing of a rigid body may be uncertain about a vertical axis.
+            let is_certain =
+                |var: &f64| *var == 0.0 && size.abs() < 0.1 && model.parts().robot.is_some();
+            assert!(
+                var.iter().all(|var| *var > 0.0 || is_certain(var)),
+                "{size}: {var:?}"
+            );
+        }
     }
-    // A call after an overflow is not touched by it.
-    let x = [0.1; 3 * N_JOINTS];
-    predictor
-        .predict_into(&mut scratch, &x, &mut mean, &mut var)
-        .unwrap();
-    assert!(mean.iter().chain(&var).all(|value| value.is_finite()));
+}
+
+#[test]
+fn a_context_that_there_is_not_is_an_error_of_the_batch() {
+    let model = multi_task_models::model(12, false);
+    let x = inputs(5, 3);
+    let error = model.predict(3, x.as_ref()).unwrap_err();
+    let unknown = MtgpError::UnknownTask {
+        row: 0,
+        task: 3,
+        n_tasks: 3,
+    };
+    assert_eq!(error, TorqueError::Mtgp(unknown));
+    let narrow = model.predict(0, x.subcols(0, 4)).unwrap_err();
+    let expected = GpError::WrongCovariates {
+        found: 4,
+        expected: 6,
+    };
+    assert_eq!(narrow, TorqueError::Gp(expected));
+}
+
+/// Where data are precise, a prior of hundreds is subtracted to leave millionths.
+#[test]
+fn the_variance_of_a_rigid_body_is_never_negative_or_zero() {
+    let (robot, x) = (rigid_body_models::puma(), states(4, 400));
+    let form = torque_model::learn::RigidBodyForm::Alone;
+    let joint = rigid_body_models::joint_model(&robot, 1, form, &x, Method::Dense);
+    let model = rigid_body_models::model(&robot, vec![(1, joint)], &x);
+    let found = model.predict(0, x.as_ref()).unwrap();
+    assert!(found[0].var.iter().all(|var| *var > 0.0));
 }
 
 #[test]
@@ -229,7 +221,7 @@ fn a_predictor_of_some_joints_says_which() {
         (1, linear(&x, 1, LinearForm::Coulomb)),
         (3, process(&x, 3, TorqueForm::Coulomb, Method::Automatic)),
     ];
-    let model = TorqueModel::new(names(), learned, ranges(&x), provenance()).unwrap();
+    let model = RobotModel::new(parts(&x, learned)).unwrap();
     let predictor = model.predictor();
     assert_eq!(predictor.joint_indices(), [1, 3]);
     assert_eq!(predictor.noise_vars(), [1e-4, 0.05 * 0.05]);
@@ -238,7 +230,7 @@ fn a_predictor_of_some_joints_says_which() {
     let mut scratch = predictor.scratch();
     let first = state(&x, 0);
     predictor
-        .predict_into(&mut scratch, &first, &mut mean, &mut var)
+        .predict_into(0, &mut scratch, &first, &mut mean, &mut var)
         .unwrap();
     // At a training point the process is within a few noise deviations of its target.
     assert!((mean[1] - torques(&x, 3)[0]).abs() < 4.0 * 0.05, "{mean:?}");

@@ -1,10 +1,13 @@
-//! A small robot with one model of each kind.
+//! A small robot with one model of each kind of one load.
 
 use faer::Mat;
-use gp_core::{BayesLinear, FitSummary, JointModel, LikelihoodOptions, LinearForm, Method, Posterior, ProcessModel, Provenance, TorqueModel, TrainingRanges};
+use gp_core::{BayesLinear, LikelihoodOptions, LinearForm, Method, Posterior};
 use kernels::{TorqueCovariance, TorqueForm, TorqueParams};
-
-use crate::samples::uniform_inputs;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use torque_model::{
+    FitSummary, JointModel, ModelParts, Process, Provenance, RobotModel, States, TrainingRanges,
+};
 
 pub const N_JOINTS: usize = 4;
 
@@ -44,20 +47,26 @@ pub fn process(x: &Mat<f64>, joint_idx: usize, form: TorqueForm, method: Method)
     };
     let cov = covariance(form);
     let posterior = Posterior::new(cov, 0.05, x.as_ref(), &targets, options).unwrap();
-    JointModel::Process(Box::new(ProcessModel {
-        summary: FitSummary {
-            log_marginal: -12.5,
-            start: "given".to_owned(),
-            n_starts: 1,
-            evaluations: 17,
-            bounds_hit: vec!["linear_std[3]".to_owned()],
-            condition_lower_bound: 1e3,
-            method: "dense".to_owned(),
-            rank: posterior.rank(),
-            error_bound: Some(1e-3),
-        },
+    JointModel::Process(Box::new(Process {
+        rows: States { n_joints: N_JOINTS },
+        summary: summary(posterior.rank()),
         posterior,
     }))
+}
+
+/// A summary in which all numbers differ.
+pub fn summary(rank: usize) -> FitSummary {
+    FitSummary {
+        log_marginal: -12.5,
+        start: "given".to_owned(),
+        n_starts: 1,
+        evaluations: 17,
+        bounds_hit: vec!["linear_std[3]".to_owned()],
+        condition_lower_bound: 1e3,
+        method: "dense".to_owned(),
+        rank,
+        error_bound: Some(1e-3),
+    }
 }
 
 pub fn linear(x: &Mat<f64>, joint_idx: usize, form: LinearForm) -> JointModel {
@@ -66,7 +75,7 @@ pub fn linear(x: &Mat<f64>, joint_idx: usize, form: LinearForm) -> JointModel {
 }
 
 /// LR¬c, LRc, GP¬c and GPc for joints 0 to 3, from `n` samples.
-pub fn all_kinds(n: usize) -> TorqueModel {
+pub fn all_kinds(n: usize) -> RobotModel {
     let x = uniform_inputs(5, n, 3 * N_JOINTS);
     let learned = vec![
         (0, linear(&x, 0, LinearForm::Smooth)),
@@ -74,17 +83,43 @@ pub fn all_kinds(n: usize) -> TorqueModel {
         (2, process(&x, 2, TorqueForm::Smooth, Method::Dense)),
         (3, process(&x, 3, TorqueForm::Coulomb, Method::Dense)),
     ];
-    TorqueModel::new(names(), learned, ranges(&x), provenance()).unwrap()
+    RobotModel::new(parts(&x, learned)).unwrap()
 }
 
 /// GP¬c and GPc on pivots for joints 0 and 2, from `n` samples on a curve of low rank.
-pub fn low_rank(n: usize) -> TorqueModel {
+pub fn low_rank(n: usize) -> RobotModel {
     let x = curve(n);
     let learned = vec![
         (0, process(&x, 0, TorqueForm::Smooth, Method::Certified)),
         (2, process(&x, 2, TorqueForm::Coulomb, Method::Certified)),
     ];
-    TorqueModel::new(names(), learned, ranges(&x), provenance()).unwrap()
+    RobotModel::new(parts(&x, learned)).unwrap()
+}
+
+/// The parts of a model of one load, learned at the rows of `x`.
+pub fn parts(x: &Mat<f64>, learned: Vec<(usize, JointModel)>) -> ModelParts {
+    ModelParts {
+        joint_names: names(),
+        contexts: Vec::new(),
+        learned,
+        ranges: ranges(x),
+        context_ranges: Vec::new(),
+        selection: None,
+        robot: None,
+        provenance: provenance(),
+    }
+}
+
+/// Uniform between −2 and 2.
+pub fn uniform_inputs(seed: u64, n: usize, d: usize) -> Mat<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut x = Mat::zeros(n, d);
+    for row in 0..n {
+        for col in 0..d {
+            x[(row, col)] = 4.0 * rng.random::<f64>() - 2.0;
+        }
+    }
+    x
 }
 
 /// A closed curve with its rates: each joint swings at its own frequency.

@@ -19,6 +19,7 @@ use crate::dynamics::payload::Context;
 use crate::dynamics::workspace::Workspace;
 use crate::robot::body::Motion;
 use crate::robot::model::Model;
+use crate::spatial::pose::Pose;
 
 /// Inertial parameters per body.
 pub const N_PARAMETERS: usize = 10;
@@ -49,6 +50,9 @@ pub fn regressor(
 }
 
 /// Writes what is not zero in the columns of the bodies, the first of rows of a given length.
+///
+/// Each body is seen once: how it would move at unit speed of every joint that carries it comes from
+/// its parent, and the virtual power of the ten unit wrenches along that motion is the joint's row.
 pub(super) fn fill_bodies(
     model: &Model,
     workspace: &mut Workspace,
@@ -60,26 +64,36 @@ pub(super) fn fill_bodies(
     for (what, slice) in [("q", q), ("qd", qd), ("qdd", qdd)] {
         check_len(what, slice, model.n_joints());
     }
-    let states = &mut workspace.bodies[..];
+    let Workspace {
+        bodies: states,
+        unit_motions,
+        ..
+    } = workspace;
     propagate(
         model,
         states,
         &-model.gravity_vector(),
         JointStates { q, qd, qdd },
     );
-    for (body_idx, body) in model.bodies().iter().enumerate() {
-        let wrenches = unit_wrenches(&states[body_idx], &body.rot_link_body);
+    let bodies = model.bodies();
+    for (body_idx, body) in bodies.iter().enumerate() {
+        let (before, own) = unit_motions.split_at_mut(body_idx * bodies.len());
+        let in_link = LinkState::new(&states[body_idx], &body.rot_link_body);
         let first_column = body.joint_idx * N_PARAMETERS;
-        for (column, (force, moment)) in (first_column..).zip(wrenches) {
-            let entries = &mut matrix[column..];
-            fill_column(
-                model,
-                states,
-                body_idx,
-                (force, moment),
-                entries,
-                row_length,
-            );
+        let mut next = Some(body_idx);
+        while let Some(joint_body) = next {
+            let mover = &bodies[joint_body];
+            let motion = match body.parent {
+                Some(parent) if joint_body != body_idx => {
+                    let of_parent = &before[parent * bodies.len() + joint_body];
+                    of_parent.carried(&states[body_idx].pose)
+                }
+                _ => UnitMotion::of_own_joint(mover.motion),
+            };
+            let entries = &mut matrix[mover.joint_idx * row_length + first_column..];
+            in_link.powers(&motion, &mut entries[..N_PARAMETERS]);
+            own[joint_body] = motion;
+            next = mover.parent;
         }
     }
 }
@@ -112,55 +126,81 @@ pub fn inertial_parameters(model: &Model, context: &Context) -> Vec<f64> {
     parameters
 }
 
-/// Force and moment per unit of each of a body's ten parameters, in the body's axes.
-///
-/// ```text
-/// f = m a + U (m c),      n = (m c) × a + I ω̇ + ω × I ω
-/// ```
-fn unit_wrenches(
-    state: &BodyState,
-    rot_link_body: &Matrix3<f64>,
-) -> [(Vector3<f64>, Vector3<f64>); N_PARAMETERS] {
-    let r = rot_link_body;
-    let (omega, omega_dot) = (r * state.omega, r * state.omega_dot); // link axes
-    std::array::from_fn(|parameter| match parameter {
-        0 => (state.accel, Vector3::zeros()),
-        1..4 => {
-            let unit: Vector3<f64> = r.row(parameter - 1).transpose(); // a link axis in body axes
-            (state.tensor * unit, unit.cross(&state.accel))
-        }
-        _ => {
-            let (row, column) = TENSOR_ENTRIES[parameter - 4];
-            let unit_tensor = |v: &Vector3<f64>| {
-                let mut product = Vector3::zeros();
-                product[row] = v[column];
-                product[column] = v[row];
-                product
-            };
-            let moment = unit_tensor(&omega_dot) + omega.cross(&unit_tensor(&omega));
-            (Vector3::zeros(), r.tr_mul(&moment))
-        }
-    })
+/// How a body moves at unit speed of one joint, in its own axes and at its own origin.
+#[derive(Debug, Clone)]
+pub(crate) struct UnitMotion {
+    /// rad/s per rad/s or m/s.
+    angular: Vector3<f64>,
+    /// m/s per rad/s or m/s.
+    linear: Vector3<f64>,
 }
 
-/// Hands a wrench down to the ground and notes each joint's share; `entries` starts at row 0.
-fn fill_column(
-    model: &Model,
-    states: &[BodyState],
-    body_idx: usize,
-    (mut force, mut moment): (Vector3<f64>, Vector3<f64>),
-    entries: &mut [f64],
-    row_length: usize,
-) {
-    let mut next = Some(body_idx);
-    while let Some(idx) = next {
-        let (body, pose) = (&model.bodies()[idx], &states[idx].pose);
-        entries[body.joint_idx * row_length] = match body.motion {
-            Motion::Revolute => moment.z,
-            Motion::Prismatic => force.z,
-        };
-        force = pose.rotation * force;
-        moment = pose.rotation * moment + pose.translation.cross(&force);
-        next = body.parent;
+impl UnitMotion {
+    pub(crate) fn zero() -> Self {
+        Self {
+            angular: Vector3::zeros(),
+            linear: Vector3::zeros(),
+        }
+    }
+
+    fn of_own_joint(motion: Motion) -> Self {
+        let mut own = Self::zero();
+        match motion {
+            Motion::Revolute => own.angular.z = 1.0,
+            Motion::Prismatic => own.linear.z = 1.0,
+        }
+        own
+    }
+
+    /// That of a body welded to the moving one.
+    fn carried(&self, pose: &Pose) -> Self {
+        let linear = self.linear + self.angular.cross(&pose.translation);
+        Self {
+            angular: pose.rotation.tr_mul(&self.angular),
+            linear: pose.rotation.tr_mul(&linear),
+        }
+    }
+}
+
+/// A body's motion in the axes of its link, which its parameters are given in.
+struct LinkState<'a> {
+    rot_link_body: &'a Matrix3<f64>,
+    state: &'a BodyState,
+    omega: Vector3<f64>,
+    omega_dot: Vector3<f64>,
+}
+
+impl<'a> LinkState<'a> {
+    fn new(state: &'a BodyState, rot_link_body: &'a Matrix3<f64>) -> Self {
+        Self {
+            rot_link_body,
+            state,
+            omega: rot_link_body * state.omega,
+            omega_dot: rot_link_body * state.omega_dot,
+        }
+    }
+
+    /// Virtual power of the wrenches per unit of the ten parameters, along (w, v).
+    ///
+    /// ```text
+    /// f = m a + U (m c),      n = (m c) × a + I ω̇ + ω × I ω
+    /// v·f + w·n = m (v·a) + (m c)·(Uᵀv + a × w) + w·I ω̇ + (w × ω)·I ω
+    /// ```
+    fn powers(&self, motion: &UnitMotion, entries: &mut [f64]) {
+        let (w, v) = (&motion.angular, &motion.linear);
+        let (r, BodyState { accel, tensor, .. }) = (self.rot_link_body, self.state);
+        entries[0] = v.dot(accel);
+        let of_moments = r * (tensor.tr_mul(v) + accel.cross(w));
+        entries[1..4].copy_from_slice(of_moments.as_slice());
+
+        let w = r * w;
+        let u = w.cross(&self.omega);
+        let (d, o) = (&self.omega_dot, &self.omega);
+        for (entry, (row, column)) in entries[4..].iter_mut().zip(TENSOR_ENTRIES) {
+            *entry = w[row] * d[column] + u[row] * o[column];
+            if row != column {
+                *entry += w[column] * d[row] + u[column] * o[row];
+            }
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::dynamics::articulated::Articulated;
 use crate::dynamics::kinematics::BodyState;
+use crate::dynamics::regressor::UnitMotion;
 use crate::robot::model::Model;
 use crate::spatial::inertia::BodyInertia;
 
@@ -21,6 +22,8 @@ pub struct Workspace {
     pub(crate) articulated: Vec<Articulated>,
     /// One per joint: momentum M q̇.
     pub(crate) momentum: Vec<f64>,
+    /// Of each body, body after body, at unit speed of the joint of each.
+    pub(crate) unit_motions: Vec<UnitMotion>,
 }
 
 impl Workspace {
@@ -34,6 +37,7 @@ impl Workspace {
             composite: vec![BodyInertia::zero(); n_bodies],
             articulated: vec![Articulated::rigid(&BodyInertia::zero()); n_bodies],
             momentum: vec![0.0; n_bodies],
+            unit_motions: vec![UnitMotion::zero(); n_bodies * n_bodies],
         }
     }
 

@@ -2,7 +2,10 @@
 
 use gp_core::Posterior;
 use kernels::Covariance;
-use mtgp::fit::{Criterion, MultiTaskOptions, RankCandidate, RankCounts, StageOne, choose_rank, fit_independent, fit_pooled, fit_ranks_telling};
+use mtgp::fit::{
+    Criterion, MultiTaskOptions, RankCandidate, RankCounts, StageOne, choose_rank, fit_independent,
+    fit_pooled, fit_ranks_telling,
+};
 use mtgp::{MtgpError, Stacked, TaskFit};
 
 use crate::error::TorqueError;

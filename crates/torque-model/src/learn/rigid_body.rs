@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use faer::MatRef;
-use gp_core::fit::{InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess, RigidBodyCovariance, fit_rigid_body, fit_rigid_body_and_process};
+use gp_core::fit::{
+    InformedFit, ParameterPrior, RegressorSamples, RigidBodyAndProcess, RigidBodyCovariance,
+    fit_rigid_body, fit_rigid_body_and_process,
+};
 use gp_core::{FitOptions, GpError};
 use kernels::TorqueForm;
 use puma_dyn::dynamics::{

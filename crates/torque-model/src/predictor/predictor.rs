@@ -288,21 +288,23 @@ impl Predictor {
         }
         let mut numbers = vec![0.0; 2 * n_learned * n];
         let panels = numbers.par_chunks_mut(2 * n_learned * PANEL).enumerate();
-        let of_panels = panels.map_init(
-            || (self.scratch(), vec![0.0; x.ncols()]),
-            |(scratch, state), (panel, numbers)| {
-                for (idx, of_row) in numbers.chunks_exact_mut(2 * n_learned).enumerate() {
-                    let row = panel * PANEL + idx;
-                    copy_row(x, row, state);
-                    let (mean, var) = of_row.split_at_mut(n_learned);
-                    (self.fill(contexts[row], scratch, state, mean, var))
-                        .map_err(|error| error.in_row(row))?;
-                }
-                Ok(())
-            },
-        );
-        let of_panels: Vec<Result<(), TorqueError>> = of_panels.collect();
-        of_panels.into_iter().collect::<Result<(), _>>()?;
+        // Collected in their order, so that of several failures the first row's counts.
+        let outcomes: Vec<Result<(), TorqueError>> = panels
+            .map_init(
+                || (self.scratch(), vec![0.0; x.ncols()]),
+                |(scratch, state), (panel, numbers)| {
+                    for (idx, of_row) in numbers.chunks_exact_mut(2 * n_learned).enumerate() {
+                        let row = panel * PANEL + idx;
+                        copy_row(x, row, state);
+                        let (mean, var) = of_row.split_at_mut(n_learned);
+                        (self.fill(contexts[row], scratch, state, mean, var))
+                            .map_err(|error| error.in_row(row))?;
+                    }
+                    Ok(())
+                },
+            )
+            .collect();
+        outcomes.into_iter().collect::<Result<(), _>>()?;
         let mut predictions = empty_predictions(&self.joint_indices, &self.noise_vars, n);
         for (row, of_row) in numbers.chunks_exact(2 * n_learned).enumerate() {
             let (mean, var) = of_row.split_at(n_learned);
