@@ -168,7 +168,7 @@ pub enum CliError {
         /// What the model says, with the joint's name.
         what: String,
         /// What stopped the simulation.
-        stop: DynError,
+        stop: Box<DynError>,
         /// What the model says.
         #[source]
         cause: Box<TorqueError>,

@@ -174,6 +174,13 @@ fn a_model_of_several_loads_is_asked_for_one() {
     );
     let said = folder.refusal(&format!("{control} --context one").replace("loads.tgp", "none"));
     assert!(said.contains("--context one is for model files"), "{said}");
+
+    // A torque that there is none for stops the run with its cause.
+    let far = "t,q_hinge,qd_hinge,qdd_hinge\n0,0,0,1e300\n1,1,0,0\n";
+    folder.write("motion.csv", far);
+    let said = folder.refusal(&format!("{control} --context one"));
+    let cause = "loads.tgp: the desired state is so large that the torque of `hinge` is not a finite number";
+    assert!(said.contains(cause), "{said}");
 }
 
 /// Each command is refused with its message.

@@ -91,7 +91,7 @@ impl<'a> Source<'a> {
                 other => other.to_string(),
             },
             file: model.file,
-            stop,
+            stop: Box::new(stop),
             cause: Box::new(cause),
         }
     }
