@@ -79,11 +79,10 @@ fn read_states(
         let record = record.map_err(|error| format!("{path}: {error}"))?;
         let number = |&column: &usize| -> Result<f64, String> {
             let (text, name) = (&record[column], &header[column]);
-            (text.trim().parse()).map_err(|_| {
-                format!(
-                    "{path}: row {}, column `{name}`: `{text}` is not a number",
-                    row + 1
-                )
+            let number = text.trim().parse().ok().filter(|n: &f64| n.is_finite());
+            let row = row + 1;
+            number.ok_or_else(|| {
+                format!("{path}: row {row}, column `{name}`: `{text}` is not a finite number")
             })
         };
         states.push(columns.iter().map(number).collect::<Result<_, _>>()?);
