@@ -53,11 +53,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Suffixes of the joints' columns, and states.
+type States = (Vec<String>, Vec<Vec<f64>>);
+
 /// What follows `q` and `tau` in the names of each joint's columns, and the states, (q, qd, qdd) each.
-fn read_states(
-    path: &str,
-    joints: &[String],
-) -> Result<(Vec<String>, Vec<Vec<f64>>), Box<dyn Error>> {
+fn read_states(path: &str, joints: &[String]) -> Result<States, Box<dyn Error>> {
     let mut file = csv::Reader::from_path(path).map_err(|error| format!("{path}: {error}"))?;
     let header = file.headers()?.clone();
     let position = |name: &str| header.iter().position(|column| column == name);

@@ -51,7 +51,9 @@ impl Covariance for Pendulum {
     }
 
     fn add_diag(&self, _x: MatRef<'_, f64>, out: &mut [f64]) {
-        out.iter_mut().for_each(|var| *var += self.std * self.std);
+        for var in out {
+            *var += self.std * self.std;
+        }
     }
 
     fn gram_adjoint(&self, x: MatRef<'_, f64>, adjoint: MatRef<'_, f64>, gradient: &mut [f64]) {
@@ -94,7 +96,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         fit.noise_std()
     );
 
-    let elsewhere = Mat::from_fn(4, 1, |row, _| 2.0 + f64::from(row as u32));
+    let elsewhere = Mat::from_fn(4, 1, |row, _| 2.0 + row as f64);
     let found = fit.posterior.predict(elsewhere.as_ref())?;
     println!("     q   true N·m  found N·m      ± N·m");
     for (row, (mean, var)) in found.mean.iter().zip(&found.var).enumerate() {

@@ -114,8 +114,8 @@ pub fn model(n: usize, has_fixed_tasks: bool) -> RobotModel {
 fn a_prediction_is_that_of_the_posterior_at_rows_of_the_task() {
     let model = model(60, false);
     let x = inputs(5, 7);
-    for task in 0..CONTEXTS.len() {
-        assert_eq!(model.number_of(CONTEXTS[task]), Ok(task));
+    for (task, context) in CONTEXTS.iter().enumerate() {
+        assert_eq!(model.number_of(context), Ok(task));
         for (place, (_, process)) in model.tasks().enumerate() {
             let rows = with_task(x.as_ref(), task);
             let expected = process.posterior.predict(rows.as_ref()).unwrap();

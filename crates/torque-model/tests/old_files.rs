@@ -13,10 +13,17 @@ fn read(name: &str) -> (Vec<u8>, RobotModel) {
     (bytes, model)
 }
 
+/// A file, its kind, and its joints with the names of their models.
+type Case = (
+    &'static str,
+    ModelFileKind,
+    &'static [(usize, &'static str)],
+);
+
 #[test]
 fn an_old_file_of_any_kind_is_read_and_written_again_to_the_byte() {
     use ModelFileKind::{ManyContexts, OneContext, RigidBody};
-    let cases: [(&str, ModelFileKind, &[(usize, &str)]); 7] = [
+    let cases: [Case; 7] = [
         (
             "one_context_linear.tgp",
             OneContext,

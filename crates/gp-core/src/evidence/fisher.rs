@@ -20,7 +20,7 @@ const STEP: f64 = 1e-4;
 /// standard deviation is a factor e, or one in coordinates that may have any sign.
 const PRIOR_INFORMATION: f64 = 1.0;
 
-/// F + I of [`crate::refine`]: a little for what the data do not tell.
+/// F + I of [`crate::search::refine`]: a little for what the data do not tell.
 ///
 /// # Panics
 /// If it is not square.
@@ -30,7 +30,7 @@ pub fn add_prior_information(information: &mut Mat<f64>) {
     }
 }
 
-/// The Fisher information F of [`crate::refine`] at a point, in its coordinates.
+/// The Fisher information F of [`crate::search::refine`] at a point, in its coordinates.
 ///
 /// The point is (θ, σ) with the transforms of the covariance's layout and of
 /// [`kernels::Jitter`]'s, which are the logarithms away from the bounds.

@@ -26,7 +26,7 @@ use crate::prior::MultiTaskCovariance;
 /// A step takes O(b²r + w r² b + m w² + m w r²) per joint for b basis points, all of it in memory
 /// that was set aside at the start; what depends on the posterior alone, O(b³), is done once, and
 /// shared by copies.
-/// The dense path has b = n; 1 kHz asks for few samples, or [`crate::MultiTaskModel::for_tracking`].
+/// The dense path has b = n; 1 kHz asks for few samples, or `torque_model::RobotModel::for_tracking`.
 /// # Source
 /// Eq. (21) with the Markov prior of section 5.
 #[derive(Debug, Clone)]

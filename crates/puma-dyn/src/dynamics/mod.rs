@@ -15,6 +15,7 @@ pub(crate) mod payload;
 pub(crate) mod regressor;
 pub(crate) mod rnea;
 pub(crate) mod terms;
+pub(crate) mod unit_motion;
 pub(crate) mod workspace;
 
 pub use aba::aba;

@@ -16,10 +16,9 @@ use nalgebra::{Matrix3, Vector3};
 use crate::dynamics::check::check_len;
 use crate::dynamics::kinematics::{BodyState, JointStates, propagate};
 use crate::dynamics::payload::Context;
+use crate::dynamics::unit_motion::UnitMotion;
 use crate::dynamics::workspace::Workspace;
-use crate::robot::body::Motion;
 use crate::robot::model::Model;
-use crate::spatial::pose::Pose;
 
 /// Inertial parameters per body.
 pub const N_PARAMETERS: usize = 10;
@@ -124,42 +123,6 @@ pub fn inertial_parameters(model: &Model, context: &Context) -> Vec<f64> {
         }
     }
     parameters
-}
-
-/// How a body moves at unit speed of one joint, in its own axes and at its own origin.
-#[derive(Debug, Clone)]
-pub(crate) struct UnitMotion {
-    /// rad/s per rad/s or m/s.
-    angular: Vector3<f64>,
-    /// m/s per rad/s or m/s.
-    linear: Vector3<f64>,
-}
-
-impl UnitMotion {
-    pub(crate) fn zero() -> Self {
-        Self {
-            angular: Vector3::zeros(),
-            linear: Vector3::zeros(),
-        }
-    }
-
-    fn of_own_joint(motion: Motion) -> Self {
-        let mut own = Self::zero();
-        match motion {
-            Motion::Revolute => own.angular.z = 1.0,
-            Motion::Prismatic => own.linear.z = 1.0,
-        }
-        own
-    }
-
-    /// That of a body welded to the moving one.
-    fn carried(&self, pose: &Pose) -> Self {
-        let linear = self.linear + self.angular.cross(&pose.translation);
-        Self {
-            angular: pose.rotation.tr_mul(&self.angular),
-            linear: pose.rotation.tr_mul(&linear),
-        }
-    }
 }
 
 /// A body's motion in the axes of its link, which its parameters are given in.

@@ -2,7 +2,7 @@
 
 use crate::dynamics::articulated::Articulated;
 use crate::dynamics::kinematics::BodyState;
-use crate::dynamics::regressor::UnitMotion;
+use crate::dynamics::unit_motion::UnitMotion;
 use crate::robot::model::Model;
 use crate::spatial::inertia::BodyInertia;
 
