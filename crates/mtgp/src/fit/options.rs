@@ -4,7 +4,7 @@ use gp_core::search::{Limits, Stage};
 use gp_core::{LikelihoodOptions, Starts};
 use kernels::TorqueForm;
 
-use super::rank_part::RankPart;
+use crate::prior::RankPart;
 
 /// How long and how hard to search, and how far to follow the chapter.
 #[derive(Debug, Clone, PartialEq)]

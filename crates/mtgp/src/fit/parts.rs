@@ -3,7 +3,7 @@
 use gp_core::Starts;
 
 use super::options::{MANY_SAMPLES, MultiTaskOptions};
-use crate::error::{MtgpError, require_count};
+use crate::error::MtgpError;
 use crate::prior::Stacked;
 
 /// Samples of all tasks together that the first search sees, about.
@@ -16,7 +16,16 @@ const LARGEST_RUNG: usize = 2240;
 
 /// Fails unless there is one target per row.
 pub(super) fn require_targets(data: &Stacked, targets: &[f64]) -> Result<(), MtgpError> {
-    require_count("targets", targets.len(), data.tasks().len())
+    let (found, expected) = (targets.len(), data.tasks().len());
+    if found == expected {
+        return Ok(());
+    }
+    let what = "targets";
+    Err(MtgpError::CountMismatch {
+        what,
+        found,
+        expected,
+    })
 }
 
 /// The parts of the data that are searched before the whole, each inside the next.

@@ -16,12 +16,12 @@ use gp_core::{GpError, LogMarginal, Posterior};
 use kernels::{Covariance, Jitter, ParamLayout, TorqueCovariance, TorqueParams};
 
 use super::options::MultiTaskOptions;
-use super::rank_part::rank_part;
 use crate::error::{MtgpError, require_count};
 use crate::latent::predict_mean_of_all_tasks;
 use crate::prior::MultiTaskCovariance;
 use crate::prior::Stacked;
 use crate::prior::TaskMatrix;
+use crate::prior::rank_part;
 use crate::prior::{TaskCovariance, TaskFactor};
 
 /// Evaluations of the sum after which the metric of the search is renewed, and the nats that a round must gain.

@@ -17,11 +17,11 @@ use super::baselines::{fit_independent, fit_pooled};
 use super::moments::pooled_moments;
 use super::options::MultiTaskOptions;
 use super::parts::{part_for_step_1, require_targets};
-use super::rank_part::rank_part;
 use super::task_fit::TaskFit;
 use crate::error::MtgpError;
 use crate::prior::MultiTaskCovariance;
 use crate::prior::Stacked;
+use crate::prior::rank_part;
 use crate::prior::{TaskCovariance, TaskFactor};
 
 /// Part of the mean diagonal of K^ρ that a new column of Λ adds to its trace.

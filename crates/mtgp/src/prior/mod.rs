@@ -3,7 +3,7 @@
 mod gradient;
 mod layout;
 mod multi_task_covariance;
-mod pivoted_columns;
+mod rank_part;
 mod runs;
 mod task_cov;
 mod task_matrix;
@@ -14,7 +14,7 @@ mod task_row;
 pub(crate) use layout::with_every_task;
 pub use layout::{Stacked, are_rows_of_tasks, split, with_task};
 pub use multi_task_covariance::MultiTaskCovariance;
-pub(crate) use pivoted_columns::pivoted_columns;
+pub use rank_part::{RankPart, rank_part};
 pub use task_cov::{TaskCovariance, TaskFactor};
 pub use task_matrix::TaskMatrix;
 pub use task_noise::TaskNoise;

@@ -5,7 +5,7 @@ use kernels::{ParamLayout, TorqueCovariance, TorqueParams, Transform};
 
 use crate::error::MtgpError;
 use crate::prior::multi_task_covariance::MultiTaskCovariance;
-use crate::prior::pivoted_columns::pivoted_columns;
+use crate::prior::rank_part::pivoted_columns;
 use crate::prior::task_cov::TaskFactor;
 use crate::prior::task_matrix::{TaskMatrix, symmetric_weights};
 
