@@ -58,8 +58,8 @@ const EQUATIONS: [(u32, &str, Option<&str>); 28] = [
     (28, "first K^ρ from augmented targets", None),
 ];
 
-/// Why the equations of sections 4 and 5 have no item.
-const MANY: Option<&str> = Some("many contexts: not implemented yet");
+/// Why an equation of section 4 has no item.
+const MANY: Option<&str> = Some("not implemented: it needs the inertial parameters of every load");
 
 /// Crates that implement equations; the others only call them.
 const LIBRARIES: [&str; 4] = ["puma-dyn", "kernels", "gp-core", "mtgp"];
