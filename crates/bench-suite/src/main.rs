@@ -14,13 +14,11 @@ use bench_suite::adopt::{self, adopt};
 use bench_suite::catalogue::Catalogue;
 use bench_suite::multi::spec::MultiSelection;
 use bench_suite::regression::{self, Scores};
-use bench_suite::report::{durations, multi_durations};
+use bench_suite::report::durations;
 use bench_suite::report::finding::Findings;
-use bench_suite::reproduce::{
-    ManyContexts, OneContext, Reproduction, Request, compute, reproduce,
-};
+use bench_suite::reproduce::{ManyContexts, OneContext, Reproduction, Request, compute, reproduce};
 use bench_suite::run::{Reuse, RunOutcome};
-use bench_suite::section5::spec::Section5Experiment;
+use bench_suite::section_experiment::{Kind, SectionExperiment};
 use bench_suite::shard::Shard;
 use bench_suite::spec::{Profile, Selection};
 use bench_suite::store::{Work, write_atomically};
@@ -138,8 +136,8 @@ fn print_one(out: &mut Output, one: &OneContext) -> io::Result<()> {
     print_findings(out, &one.findings)?;
     print_seconds(
         out,
-        durations::TITLE,
-        &durations::by_model_and_size(&one.outcome.records).to_text(),
+        durations::OF_CELLS,
+        &durations::of_cells(&one.outcome.records).to_text(),
         &one.outcome,
     )
 }
@@ -153,8 +151,8 @@ fn print_many(out: &mut Output, many: &ManyContexts) -> io::Result<()> {
     print_findings(out, &many.findings)?;
     print_seconds(
         out,
-        multi_durations::TITLE,
-        &multi_durations::by_model_and_size(&many.outcome.records).to_text(),
+        durations::OF_UNITS,
+        &durations::of_units(&many.outcome.records).to_text(),
         &many.outcome,
     )
 }
@@ -255,7 +253,7 @@ fn take_over(flags: Adopt) -> anyhow::Result<ExitCode> {
         output: flags.output,
         n_witnesses: flags.witnesses,
         n_threads: flags.threads,
-        experiments: Section5Experiment::all()?,
+        experiments: SectionExperiment::all(Kind::Section5)?,
     })?;
     let mut out = Output::new();
     for file in &adoption.unread {

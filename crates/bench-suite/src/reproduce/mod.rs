@@ -5,6 +5,7 @@ mod many_contexts;
 mod one_context;
 mod origin;
 mod request;
+mod sections;
 mod share;
 mod tallies;
 mod unfinished;
@@ -21,9 +22,6 @@ use self::files::Files;
 use self::tallies::Tallies;
 use crate::catalogue::Catalogue;
 use crate::cell::Cell;
-use crate::data_figures::page;
-use crate::data_figures::section::Section;
-use crate::data_figures::spec::DataExperiment;
 use crate::error::BenchError;
 use crate::manifest::Manifest;
 use crate::multi;
@@ -36,15 +34,18 @@ use crate::report::page::Page;
 use crate::report::text_table::TextTable;
 use crate::report::{differences, html, markdown};
 use crate::run::{RunOutcome, run};
-use crate::section5;
-use crate::section5::campaign::Campaign;
-use crate::section5::spec::Section5Experiment;
 use crate::spec::{Experiment, Scope};
 use crate::store::{self, Store};
 use crate::tally::Tally;
 
 /// What the chapter leaves open and what was chosen: a part of every report.
 const DEVIATIONS: &str = include_str!("../../../../docs/DEVIATIONS.md");
+
+/// Heading of the part about the data.
+const DATA: &str = "The data (section 2)";
+
+/// Heading of the part about section 5.
+const PROPOSED: &str = "What the chapter proposes and does not run (sections 1, 3.2 and 5)";
 
 /// What came out.
 #[derive(Debug)]
@@ -114,11 +115,11 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
 
     let mut manifest = Manifest::start(request.command.clone(), request.n_threads);
     manifest.seeds = seeds(&one, &many);
-    let about_data = page::sections(&data)?;
+    let about_data = sections::about_data(&data)?;
     let of_one = run_one(&one, request)?;
     let of_many = run_many(&many, request)?;
     let of_shared = run_shared(&many, of_many.as_ref(), request)?;
-    let (of_section5, section5_work) = run_section5(&section5, request)?;
+    let (of_section5, section5_work) = sections::of_section5(&section5, request)?;
     let tallies = Tallies {
         cells: of_one.as_ref().map(Tally::of),
         units: of_many.as_ref().map(Tally::of),
@@ -131,7 +132,7 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let mut page = Page::titled("The chapter's tables and figures");
     origin::part(&mut page, &manifest, &tallies);
     unfinished::part(&mut page, &tallies);
-    let about_data = data_part(&about_data, &mut page, &mut files);
+    let about_data = sections::part(DATA, &about_data, &mut page, &mut files);
     let one = match of_one {
         Some(outcome) => Some(report_one(&one, outcome, &mut page, &mut files)?),
         None => None,
@@ -144,7 +145,8 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
         }
         None => None,
     };
-    let section5 = section5_part(&of_section5, &mut page, &mut files);
+    let mut section5 = sections::part(PROPOSED, &of_section5, &mut page, &mut files);
+    section5.retain(|(_, sentences)| !sentences.is_empty());
     differences_part(one.as_ref(), &mut page)?;
     page.document(DEVIATIONS);
 
@@ -196,65 +198,6 @@ fn seeds(one: &[(Experiment, Scope)], many: &[(MultiExperiment, MultiScope)]) ->
     let of_many = many.iter().flat_map(|(e, _)| [&e.seed, &e.split_seed]);
     let seeds: BTreeSet<&String> = one.iter().map(|(e, _)| &e.seed).chain(of_many).collect();
     seeds.into_iter().cloned().collect()
-}
-
-/// Sections with the experiments that they are of.
-type Sections<'a> = Vec<(&'a Section5Experiment, Section)>;
-
-/// Sections of section 5 whose work is all there, and how the work went.
-fn run_section5<'a>(
-    experiments: &'a [Section5Experiment],
-    request: &Request,
-) -> Result<(Sections<'a>, Option<Tally>), BenchError> {
-    if experiments.is_empty() {
-        return Ok((Vec::new(), None));
-    }
-    let campaign = Campaign::new(request.profile, &request.output, request.reuse)
-        .with_shard(request.shard)
-        .with_threads(request.n_threads);
-    let sections = section5::page::sections(experiments, &campaign)?;
-    Ok((sections, Some(campaign.into_tally())))
-}
-
-/// Sections and files of section 5; the findings once more for the terminal.
-fn section5_part(
-    sections: &[(&Section5Experiment, Section)],
-    page: &mut Page,
-    files: &mut Files,
-) -> Findings {
-    let mut found = Findings::new();
-    if !sections.is_empty() {
-        page.part("What the chapter proposes and does not run (sections 1, 3.2 and 5)");
-    }
-    for (experiment, section) in sections {
-        section5::page::write(page, experiment, section);
-        for (name, contents) in &section.files {
-            files.add(name, contents.clone());
-        }
-        found.push((experiment.title.clone(), section5::page::sentences(section)));
-    }
-    found.retain(|(_, sentences)| !sentences.is_empty());
-    found
-}
-
-/// Sections and files about the data; the findings once more for the terminal.
-fn data_part(
-    sections: &[(&DataExperiment, Section)],
-    page: &mut Page,
-    files: &mut Files,
-) -> Findings {
-    let mut found = Findings::new();
-    if !sections.is_empty() {
-        page.part("The data (section 2)");
-    }
-    for (experiment, section) in sections {
-        page::write(page, experiment, section);
-        for (name, contents) in &section.files {
-            files.add(name, contents.clone());
-        }
-        found.push((experiment.title.clone(), page::sentences(section)));
-    }
-    found
 }
 
 fn scoped_one(

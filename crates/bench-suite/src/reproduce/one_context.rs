@@ -49,7 +49,7 @@ pub(super) fn report(
     page.table(&table3::all_averages(averages));
     page.rows("averages.csv", "joint, model, set, n");
 
-    files.add("averages.csv", averages::write_table(averages));
+    files.add("averages.csv", averages.to_csv());
     files.add("cells.csv", records_csv::cells(&outcome.records));
     files.add("seconds.csv", records_csv::seconds(&outcome.records));
     Ok((table, found))
@@ -64,8 +64,8 @@ fn about_fits(outcome: &RunOutcome, page: &mut Page) {
     page.section(searches::TITLE);
     page.table(&searches::by_model_and_size(&outcome.records));
     page.rows("cells.csv", "joint, load, model, n");
-    page.section(durations::TITLE);
-    page.table(&durations::by_model_and_size(&outcome.records));
+    page.section(durations::OF_CELLS);
+    page.table(&durations::of_cells(&outcome.records));
     page.rows("seconds.csv", "joint, load, model, n");
 }
 

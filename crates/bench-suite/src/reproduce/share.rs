@@ -2,7 +2,7 @@
 
 use super::request::Request;
 use super::tallies::Tallies;
-use super::{run_many, run_one, run_section5, scoped_many, scoped_one};
+use super::{run_many, run_one, scoped_many, scoped_one, sections};
 use crate::catalogue::Catalogue;
 use crate::error::BenchError;
 use crate::tally::Tally;
@@ -22,7 +22,7 @@ pub fn compute(request: &Request) -> Result<Share, BenchError> {
     Ok(Share(Tallies {
         cells: run_one(&one, request)?.as_ref().map(Tally::of),
         units: run_many(&many, request)?.as_ref().map(Tally::of),
-        parts: run_section5(&chosen.section5, request)?.1,
+        parts: sections::of_section5(&chosen.section5, request)?.1,
     }))
 }
 

@@ -119,7 +119,7 @@ impl<T> Task<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::section5::spec::Section5Experiment;
+    use crate::section_experiment::{Kind, SectionExperiment};
     use crate::store::Store;
 
     #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn every_experiment_has_a_fingerprint() {
-        for name in Section5Experiment::names().unwrap() {
+        for name in SectionExperiment::names(Kind::Section5).unwrap() {
             assert!(!measured_by(&name).unwrap().is_empty(), "{name}");
         }
     }

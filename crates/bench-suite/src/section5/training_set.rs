@@ -4,10 +4,10 @@ use faer::Mat;
 use mtgp::Stacked;
 use serde::Deserialize;
 
-use super::spec::Section5Experiment;
 use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::multi::draw::nested;
+use crate::section_experiment::SectionExperiment;
 use crate::seed::{sample_indices, stream};
 use crate::spec::Profile;
 use crate::split::{N_PATHS, N_SPEEDS, REFERENCE, Split, TrajectoryId, UNIQUE};
@@ -51,7 +51,7 @@ impl TrainingSet {
     /// # Errors
     /// `Experiment` if there is no such profile, or a trajectory held out does not exist.
     pub fn of_experiment(
-        experiment: &Section5Experiment,
+        experiment: &SectionExperiment,
         profile: Profile,
     ) -> Result<Option<Self>, BenchError> {
         let settings: SetSettings = experiment.settings(profile)?;

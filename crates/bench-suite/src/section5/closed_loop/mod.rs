@@ -26,20 +26,17 @@ use self::switch::Switching;
 use super::bench::Bench;
 use super::campaign::Campaign;
 use super::part::Task;
-use super::spec::Section5Experiment;
 use super::training_set::TrainingSet;
-use crate::data_figures::section::Section;
+use crate::data_figures::section::Made;
 use crate::error::BenchError;
+use crate::section_experiment::SectionExperiment;
 use crate::split::{REFERENCE, TrajectoryId, UNIQUE};
 
 /// Makes the table, the picture, the CSV files and the findings; `None` as long as a run is missing.
 ///
 /// # Errors
 /// `Experiment`; `Fit`, `MultiTask` or `Dynamics` if a model or a run fails; `Picture`.
-pub fn make(
-    experiment: &Section5Experiment,
-    campaign: &Campaign,
-) -> Result<Option<Section>, BenchError> {
+pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let settings: Settings = experiment.settings(campaign.profile)?;
     let set = settings.training_set(&experiment.name)?;
     let followed = settings.followed(&experiment.name)?;

@@ -15,18 +15,14 @@ use self::settings::Settings;
 use self::trials::{Layout, Place, Trial};
 use super::campaign::Campaign;
 use super::part::Task;
-use super::spec::Section5Experiment;
-use crate::data_figures::section::Section;
-use crate::error::BenchError;
+use crate::data_figures::section::{Made, Section};
+use crate::section_experiment::SectionExperiment;
 
 /// Makes the tables, the picture and the findings; `None` as long as a trial is missing.
 ///
 /// # Errors
 /// `Experiment`; those of the models, of eq. (21) and of the picture.
-pub fn make(
-    experiment: &Section5Experiment,
-    campaign: &Campaign,
-) -> Result<Option<Section>, BenchError> {
+pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let settings: Settings = experiment.settings(campaign.profile)?;
     let set = settings.training_set(&experiment.name)?;
     let tested = settings.tested(&experiment.name)?;

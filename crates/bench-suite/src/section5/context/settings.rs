@@ -59,13 +59,13 @@ impl Settings {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::spec::Section5Experiment;
     use super::*;
+    use crate::section_experiment::{Kind, SectionExperiment};
     use crate::spec::Profile;
 
     #[test]
     fn trials_are_on_trajectories_without_a_training_sample() {
-        let all = Section5Experiment::all().unwrap();
+        let all = SectionExperiment::all(Kind::Section5).unwrap();
         let experiment = all.iter().find(|one| one.name == "context").unwrap();
         for profile in [Profile::Smoke, Profile::Full] {
             let settings: Settings = experiment.settings(profile).unwrap();

@@ -15,11 +15,11 @@ use super::trials::SEED;
 use crate::data_figures::section::{Section, csv};
 use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
+use crate::section_experiment::SectionExperiment;
 use crate::section5::bench::Bench;
 use crate::section5::campaign::Campaign;
 use crate::section5::normal::normals;
 use crate::section5::part::Task;
-use crate::section5::spec::Section5Experiment;
 use crate::section5::training_set::TrainingSet;
 use crate::seed::{sample_indices, stream};
 use crate::split::{N_SAMPLES, TrajectoryId};
@@ -61,7 +61,7 @@ pub type OfWindow = (usize, Vec<Outcome>);
 /// # Errors
 /// `MultiTask`, `Dynamics`.
 pub fn outcomes(
-    experiment: &Section5Experiment,
+    experiment: &SectionExperiment,
     campaign: &Campaign,
     set: &TrainingSet,
     tested: &[TrajectoryId],
