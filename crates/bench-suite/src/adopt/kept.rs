@@ -11,29 +11,9 @@ use crate::section5::part::{Part, PartRecord, measured_by};
 use crate::section5::transfer::Curve;
 use crate::store::{self, Work};
 
-/// Which of the runs computes it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Kind {
-    Cell,
-    Unit,
-    Shared,
-    Curve,
-    Part,
-}
-
-impl Kind {
-    /// Whether it is an experiment of section 5 that divides into such work.
-    pub fn is_of_section5(self) -> bool {
-        matches!(self, Self::Curve | Self::Part)
-    }
-}
-
 /// Work whose results are kept in a directory of their own.
 pub(super) trait Kept: Work {
-    /// Which of the runs computes it.
-    const KIND: Kind;
-
-    /// Name that results of the same kind, model and size have in common.
+    /// Name that results of the same kind, model and size have in common, and no others.
     fn group(&self) -> String;
 
     /// Today's directory of its results.
@@ -52,8 +32,6 @@ pub(super) trait Kept: Work {
 }
 
 impl Kept for Cell {
-    const KIND: Kind = Kind::Cell;
-
     fn group(&self) -> String {
         format!("{}, n = {}", self.model.name(), self.n)
     }
@@ -64,8 +42,6 @@ impl Kept for Cell {
 }
 
 impl Kept for Unit {
-    const KIND: Kind = Kind::Unit;
-
     fn group(&self) -> String {
         let (m, n) = (self.n_contexts, self.n_total);
         format!("{:?}, {m} contexts, n = {n}", self.models)
@@ -77,8 +53,6 @@ impl Kept for Unit {
 }
 
 impl Kept for SharedUnit {
-    const KIND: Kind = Kind::Shared;
-
     fn group(&self) -> String {
         format!("ranks {:?}, n = {}", self.ranks, self.n_total())
     }
@@ -89,8 +63,6 @@ impl Kept for SharedUnit {
 }
 
 impl Kept for Curve {
-    const KIND: Kind = Kind::Curve;
-
     fn group(&self) -> String {
         format!("{}, {:?}", self.axis.name(), self.counts)
     }
@@ -101,8 +73,6 @@ impl Kept for Curve {
 }
 
 impl Kept for Part {
-    const KIND: Kind = Kind::Part;
-
     /// Labels number what is alike: "joint 3", "changes on p1s2, window 4".
     fn group(&self) -> String {
         let kind = self.label.split(|c: char| c.is_ascii_digit()).next();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use toml::Value;
 
 use super::differences::{differences, seconds};
-use super::kept::{Kept, Kind};
+use super::kept::Kept;
 use crate::cell::Cell;
 use crate::error::BenchError;
 use crate::multi::shared::SharedUnit;
@@ -19,7 +19,6 @@ use crate::store::{Finished, parse, to_text, write_atomically};
 pub(super) struct Old {
     /// Where it was.
     path: PathBuf,
-    kind: Kind,
     /// What was done, in words.
     work: String,
     /// Today's key.
@@ -55,7 +54,6 @@ impl Old {
         let directory = directory.map_err(|error| error.to_string())?;
         Ok(Self {
             path: path.to_path_buf(),
-            kind: W::KIND,
             work: work.to_string(),
             key: work.key(),
             group: work.group(),
@@ -75,7 +73,7 @@ impl Old {
 
     /// Whether it is an experiment of section 5 that it belongs to.
     pub fn is_of_section5(&self) -> bool {
-        self.kind.is_of_section5()
+        self.file.starts_with("section5")
     }
 }
 
@@ -118,12 +116,11 @@ impl Olds {
 
     /// Leaves one result of each piece of work, and says where two are not the same.
     pub fn contradictions(&mut self) -> Vec<String> {
-        let mut by_key: BTreeMap<(Kind, String), Old> = BTreeMap::new();
+        let mut by_key: BTreeMap<String, Old> = BTreeMap::new();
         let mut lines = Vec::new();
         for old in self.found.drain(..) {
-            let key = (old.kind, old.key.clone());
-            let Some(first) = by_key.get(&key) else {
-                by_key.insert(key, old);
+            let Some(first) = by_key.get(&old.key) else {
+                by_key.insert(old.key.clone(), old);
                 continue;
             };
             let files = format!("{} and {}", first.path.display(), old.path.display());
@@ -136,10 +133,9 @@ impl Olds {
 
     /// Chooses the cheapest results of each group.
     pub fn choose_witnesses(&mut self, n: usize) {
-        let mut groups: BTreeMap<(Kind, String), Vec<&mut Old>> = BTreeMap::new();
+        let mut groups: BTreeMap<String, Vec<&mut Old>> = BTreeMap::new();
         for old in &mut self.found {
-            let group = (old.kind, old.group.clone());
-            groups.entry(group).or_default().push(old);
+            groups.entry(old.group.clone()).or_default().push(old);
         }
         for mut group in groups.into_values() {
             group.sort_by(|a, b| seconds(&a.record).total_cmp(&seconds(&b.record)));
@@ -156,8 +152,8 @@ impl Olds {
 
     /// The work of one kind that is computed again.
     pub fn witnessed<W: Kept>(&self) -> BTreeSet<W> {
-        let of_kind = self.witnesses().filter(|old| old.kind == W::KIND);
-        let records = of_kind.filter_map(|old| parse::<W::Record>(&old.text));
+        let olds = self.witnesses();
+        let records = olds.filter_map(|old| parse::<W::Record>(&old.text));
         records.map(|(_, record)| record.work().clone()).collect()
     }
 
@@ -168,15 +164,16 @@ impl Olds {
         parse(&old.text).map(|(_, record)| record)
     }
 
-    /// What is not the same in the witnesses of a kind, which were computed into another output directory.
+    /// What is not the same in the witnesses, of section 5 or others, that were computed into another output directory.
     ///
-    /// Of section 5 it names what could not be computed; of the other kinds the run has said why.
-    pub fn compared(&self, kind: Kind, output: &Path) -> Vec<String> {
-        let of_kind = self.witnesses().filter(|old| old.kind == kind);
-        let lines = of_kind.flat_map(|old| {
+    /// Of section 5 it names what could not be computed; of the others the run has said why.
+    pub fn compared(&self, of_section5: bool, output: &Path) -> Vec<String> {
+        let olds = self.witnesses();
+        let olds = olds.filter(|old| old.is_of_section5() == of_section5);
+        let lines = olds.flat_map(|old| {
             let lines = match old.kept_in(output) {
                 Some(new) => differences(&old.record, &new),
-                None if kind.is_of_section5() => vec!["cannot be computed".to_string()],
+                None if of_section5 => vec!["cannot be computed".to_string()],
                 None => Vec::new(),
             };
             let work = &old.work;

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use tempfile::TempDir;
 
-use super::kept::Kind;
 use super::old::Olds;
 use super::request::{Found, Request};
 use crate::dataset::DataSet;
@@ -77,15 +76,13 @@ impl<'a> Scratch<'a> {
 
         let outcome = run(&results.witnessed(), &cells, again, n_threads)?;
         let mut lines = outcome.reasons();
-        lines.extend(results.compared(Kind::Cell, &output));
         let outcome = multi::run::run(&results.witnessed(), &units, again, n_threads)?;
         lines.extend(outcome.reasons());
-        lines.extend(results.compared(Kind::Unit, &output));
         let shared: BTreeSet<SharedUnit> = results.witnessed();
         let own = self.own_fits(results, &shared);
         let outcome = multi::run::run_shared(&shared, &own, &units, again, n_threads)?;
         lines.extend(outcome.reasons());
-        lines.extend(results.compared(Kind::Shared, &output));
+        lines.extend(results.compared(false, &output));
         let of_models = self.of_models(found)?;
         let are_same = of_models.is_empty();
         lines.extend(of_models);
@@ -137,7 +134,6 @@ impl<'a> Scratch<'a> {
                 section5::make(experiment, &campaign)?;
             }
         }
-        let kinds = [Kind::Part, Kind::Curve];
-        Ok(kinds.map(|kind| results.compared(kind, &output)).concat())
+        Ok(results.compared(true, &output))
     }
 }

@@ -23,7 +23,7 @@ pub mod training_set;
 pub mod transfer;
 
 use self::campaign::Campaign;
-use crate::data_figures::section::{Made, Section};
+use crate::data_figures::section::Made;
 use crate::error::BenchError;
 use crate::section_experiment::{Kind, SectionExperiment};
 

@@ -24,12 +24,12 @@ use crate::section_experiment::SectionExperiment;
 /// `Experiment`; those of the models, of eq. (21) and of the picture.
 pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let settings: Settings = experiment.settings(campaign.profile)?;
-    let set = settings.training_set(&experiment.name)?;
-    let tested = settings.tested(&experiment.name)?;
+    let set = settings.training_set();
+    let tested = &settings.tested;
 
     let places: Vec<Task<Place>> = Layout::ALL
         .into_iter()
-        .flat_map(|layout| Place::all(layout, &tested, &settings))
+        .flat_map(|layout| Place::all(layout, tested, &settings))
         .map(|place| Task::new(place.label(), place))
         .collect();
     let trials: Option<Vec<Vec<Trial>>> = campaign.parts(
@@ -38,7 +38,7 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
         |bench| Ok((bench, bench.trained(&set)?)),
         |(bench, trained), place| place.trials(&trained.mgp, &bench.data, &settings),
     )?;
-    let changes = switching::outcomes(experiment, campaign, &set, &tested, &settings)?;
+    let changes = switching::outcomes(experiment, campaign, &set, &settings)?;
     let Some((trials, changes)) = trials.zip(changes) else {
         return Ok(None);
     };
@@ -46,7 +46,7 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let trials: Vec<Trial> = trials.into_iter().flatten().collect();
     let mut section = Section::default();
     confusion::report(&trials, &settings, &mut section)?;
-    unknown::report(&trials, &tested, &settings, &mut section)?;
+    unknown::report(&trials, &settings, &mut section)?;
     switching::report(&changes, &settings, &mut section);
     Ok(Some(section))
 }

@@ -3,7 +3,6 @@
 use serde::Deserialize;
 
 use super::super::training_set::{TrainingSet, trajectories};
-use crate::error::BenchError;
 use crate::split::TrajectoryId;
 
 /// Settings of a profile.
@@ -13,9 +12,11 @@ pub struct Settings {
     /// Training samples of a joint.
     pub n_total: usize,
     /// Trajectories not trained on.
-    held_out: Vec<String>,
+    #[serde(deserialize_with = "trajectories")]
+    pub held_out: Vec<TrajectoryId>,
     /// Trajectories that the trials are on.
-    tested: Vec<String>,
+    #[serde(deserialize_with = "trajectories")]
+    pub tested: Vec<TrajectoryId>,
     /// Places on each of them where trials begin.
     pub places: usize,
     /// Numbers of samples, ascending.
@@ -41,19 +42,8 @@ impl Settings {
     }
 
     /// What the models are trained on.
-    ///
-    /// # Errors
-    /// `Experiment` for a trajectory that does not exist.
-    pub fn training_set(&self, name: &str) -> Result<TrainingSet, BenchError> {
-        TrainingSet::holding_out(name, self.n_total, &self.held_out)
-    }
-
-    /// The trajectories of the trials.
-    ///
-    /// # Errors
-    /// `Experiment` for one that does not exist.
-    pub fn tested(&self, name: &str) -> Result<Vec<TrajectoryId>, BenchError> {
-        trajectories(name, &self.tested)
+    pub fn training_set(&self) -> TrainingSet {
+        TrainingSet::holding_out(self.n_total, self.held_out.clone())
     }
 }
 
@@ -69,8 +59,8 @@ mod tests {
         let experiment = all.iter().find(|one| one.name == "context").unwrap();
         for profile in [Profile::Smoke, Profile::Full] {
             let settings: Settings = experiment.settings(profile).unwrap();
-            let set = settings.training_set("context").unwrap();
-            for trajectory in settings.tested("context").unwrap() {
+            let set = settings.training_set();
+            for trajectory in settings.tested {
                 let rows = trajectory.rows();
                 let is_trained = |load| set.rows(load).iter().any(|row| rows.contains(row));
                 assert!(!(1..=14).any(is_trained), "{trajectory:?}");

@@ -64,12 +64,11 @@ pub fn outcomes(
     experiment: &SectionExperiment,
     campaign: &Campaign,
     set: &TrainingSet,
-    tested: &[TrajectoryId],
     settings: &Settings,
 ) -> Result<Option<Vec<OfWindow>>, BenchError> {
     let mut tasks = Vec::new();
     for &window in &settings.windows {
-        tasks.extend(tested.iter().map(|&trajectory| {
+        tasks.extend(settings.tested.iter().map(|&trajectory| {
             let label = format!("changes on {trajectory}, window {window}");
             Task::new(label, (window, trajectory))
         }));
@@ -89,7 +88,7 @@ pub fn outcomes(
     let of_window =
         |(idx, outcomes): (usize, &[Vec<Outcome>])| (settings.windows[idx], outcomes.concat());
     let by_window = |outcomes: Vec<Vec<Outcome>>| {
-        let windows = outcomes.chunks(tested.len()).enumerate();
+        let windows = outcomes.chunks(settings.tested.len()).enumerate();
         windows.map(of_window).collect()
     };
     Ok(outcomes.map(by_window))

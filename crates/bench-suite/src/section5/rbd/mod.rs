@@ -15,7 +15,7 @@ use super::bench::Bench;
 use super::campaign::Campaign;
 use super::part::Task;
 use super::training_set::TrainingSet;
-use crate::data_figures::section::{Made, Section};
+use crate::data_figures::section::Made;
 use crate::rigid_body::rows::Regressors;
 use crate::section_experiment::SectionExperiment;
 
