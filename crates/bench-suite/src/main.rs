@@ -12,7 +12,6 @@ use anyhow::Context;
 use bench_suite::BenchError;
 use bench_suite::adopt::{self, adopt};
 use bench_suite::catalogue::Catalogue;
-use bench_suite::multi::spec::MultiSelection;
 use bench_suite::regression::{self, Scores};
 use bench_suite::report::durations;
 use bench_suite::report::finding::Findings;
@@ -61,16 +60,13 @@ fn reproduce_paper(flags: ReproducePaper) -> anyhow::Result<ExitCode> {
         profile: flags.profile,
         only: flags.only,
         output: flags.output,
-        multi_selection: MultiSelection {
-            joints: flags.joints.clone(),
+        selection: Selection {
+            joints: flags.joints,
+            loads: flags.loads,
+            sizes: flags.sizes,
             totals: flags.totals,
             ranks: flags.ranks,
             n_more_repeats: flags.repeats - 1,
-        },
-        selection: Selection {
-            loads: flags.loads,
-            joints: flags.joints,
-            sizes: flags.sizes,
         },
         shard: shard.unwrap_or(Shard::WHOLE),
         n_threads: flags.threads,
@@ -198,7 +194,6 @@ fn nmse_regression(flags: &NmseRegression) -> anyhow::Result<ExitCode> {
         only: Catalogue::scored_names()?,
         output: flags.output.clone(),
         selection: Selection::default(),
-        multi_selection: MultiSelection::default(),
         shard: Shard::WHOLE,
         n_threads: flags.threads,
         reuse: Reuse::Fits,

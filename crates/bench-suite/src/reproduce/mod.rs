@@ -222,7 +222,7 @@ fn scoped_many(
         if let Some(seed) = &request.seed {
             experiment = experiment.reseeded(seed);
         }
-        let scope = experiment.scope(request.profile, &request.multi_selection)?;
+        let scope = experiment.scope(request.profile, &request.selection)?;
         Ok((experiment, scope))
     };
     experiments.into_iter().map(scoped).collect()
@@ -256,7 +256,7 @@ fn run_many(
     if experiments.is_empty() {
         return Ok(None);
     }
-    let n_repeats = 1 + request.multi_selection.n_more_repeats;
+    let n_repeats = 1 + request.selection.n_more_repeats;
     let units: BTreeSet<Unit> = experiments
         .iter()
         .flat_map(|(experiment, scope)| experiment.units(scope, n_repeats))
