@@ -15,6 +15,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 pub use many_contexts::ManyContexts;
+pub use one_context::OneContext;
 pub use request::Request;
 pub use share::{Share, compute};
 
@@ -28,13 +29,12 @@ use crate::multi;
 use crate::multi::shared::SharedUnit;
 use crate::multi::spec::{MultiExperiment, MultiScope};
 use crate::multi::unit::Unit;
-use crate::report::averages::{self, Averages};
+use crate::report::averages;
 use crate::report::finding::Findings;
 use crate::report::page::Page;
-use crate::report::text_table::TextTable;
 use crate::report::{differences, html, markdown};
 use crate::run::{RunOutcome, run};
-use crate::spec::{Experiment, Scope};
+use crate::spec::{Experiment, Profile, Scope, Selection};
 use crate::store::{self, Store};
 use crate::tally::Tally;
 
@@ -62,19 +62,6 @@ pub struct Reproduction {
     pub section5: Findings,
     /// How its work went, if one of its experiments was chosen.
     pub section5_work: Option<Tally>,
-}
-
-/// What came out of the experiments with one context.
-#[derive(Debug)]
-pub struct OneContext {
-    /// Table 3, if it was among the experiments.
-    pub table3: Option<TextTable>,
-    /// Findings for the terminal, under their headings.
-    pub findings: Findings,
-    /// The run behind it.
-    pub outcome: RunOutcome,
-    /// Averages behind the tables.
-    pub averages: Averages,
 }
 
 impl Reproduction {
@@ -110,8 +97,13 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
         many,
         section5,
     } = chosen;
-    let one = scoped_one(one, request)?;
-    let many = scoped_many(many, request)?;
+    let one = scoped(one, request, Experiment::reseeded, Experiment::scope)?;
+    let many = scoped(
+        many,
+        request,
+        MultiExperiment::reseeded,
+        MultiExperiment::scope,
+    )?;
 
     let mut manifest = Manifest::start(request.command.clone(), request.n_threads);
     manifest.seeds = seeds(&one, &many);
@@ -133,18 +125,15 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     origin::part(&mut page, &manifest, &tallies);
     unfinished::part(&mut page, &tallies);
     let about_data = sections::part(DATA, &about_data, &mut page, &mut files);
-    let one = match of_one {
-        Some(outcome) => Some(report_one(&one, outcome, &mut page, &mut files)?),
-        None => None,
-    };
-    let many = match of_many {
-        Some(outcome) => {
+    let one = of_one
+        .map(|outcome| one_context::report(&one, outcome, &mut page, &mut files))
+        .transpose()?;
+    let many = of_many
+        .map(|outcome| {
             let (outcomes, profile) = ((outcome, of_shared), request.profile);
-            let many = many_contexts::report(&many, profile, outcomes, &mut page, &mut files);
-            Some(many?)
-        }
-        None => None,
-    };
+            many_contexts::report(&many, profile, outcomes, &mut page, &mut files)
+        })
+        .transpose()?;
     let mut section5 = sections::part(PROPOSED, &of_section5, &mut page, &mut files);
     section5.retain(|(_, sentences)| !sentences.is_empty());
     differences_part(one.as_ref(), &mut page)?;
@@ -200,29 +189,19 @@ fn seeds(one: &[(Experiment, Scope)], many: &[(MultiExperiment, MultiScope)]) ->
     seeds.into_iter().cloned().collect()
 }
 
-fn scoped_one(
-    experiments: Vec<Experiment>,
+/// Experiments under the seed of the request, each with what it computes.
+fn scoped<E, S>(
+    experiments: Vec<E>,
     request: &Request,
-) -> Result<Vec<(Experiment, Scope)>, BenchError> {
-    let scoped = |mut experiment: Experiment| {
-        if let Some(seed) = &request.seed {
-            experiment = experiment.reseeded(seed);
-        }
-        let scope = experiment.scope(request.profile, &request.selection)?;
-        Ok((experiment, scope))
-    };
-    experiments.into_iter().map(scoped).collect()
-}
-
-fn scoped_many(
-    experiments: Vec<MultiExperiment>,
-    request: &Request,
-) -> Result<Vec<(MultiExperiment, MultiScope)>, BenchError> {
-    let scoped = |mut experiment: MultiExperiment| {
-        if let Some(seed) = &request.seed {
-            experiment = experiment.reseeded(seed);
-        }
-        let scope = experiment.scope(request.profile, &request.selection)?;
+    reseeded: fn(E, &str) -> E,
+    scope: fn(&E, Profile, &Selection) -> Result<S, BenchError>,
+) -> Result<Vec<(E, S)>, BenchError> {
+    let scoped = |experiment: E| {
+        let experiment = match &request.seed {
+            Some(seed) => reseeded(experiment, seed),
+            None => experiment,
+        };
+        let scope = scope(&experiment, request.profile, &request.selection)?;
         Ok((experiment, scope))
     };
     experiments.into_iter().map(scoped).collect()
@@ -280,20 +259,4 @@ fn run_shared(
         .collect();
     let store = Store::open(store::of_units(&request.output))?;
     multi::run::run_shared(&units, records, &store, request.reuse, request.n_threads)
-}
-
-fn report_one(
-    experiments: &[(Experiment, Scope)],
-    outcome: RunOutcome,
-    page: &mut Page,
-    files: &mut Files,
-) -> Result<OneContext, BenchError> {
-    let averages = Averages::of(&outcome.records);
-    let (table3, findings) = one_context::report(experiments, &averages, &outcome, page, files)?;
-    Ok(OneContext {
-        table3,
-        findings,
-        outcome,
-        averages,
-    })
 }
