@@ -91,15 +91,9 @@ impl Reproduction {
 pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let chosen = Catalogue::named(&request.only)?;
     unused::check(request, &chosen)?;
-    let Catalogue {
-        data,
-        one,
-        many,
-        section5,
-    } = chosen;
-    let one = scoped(one, request, Experiment::reseeded, Experiment::scope)?;
+    let one = scoped(chosen.one, request, Experiment::reseeded, Experiment::scope)?;
     let many = scoped(
-        many,
+        chosen.many,
         request,
         MultiExperiment::reseeded,
         MultiExperiment::scope,
@@ -107,11 +101,11 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
 
     let mut manifest = Manifest::start(request.command.clone(), request.n_threads);
     manifest.seeds = seeds(&one, &many);
-    let about_data = sections::about_data(&data)?;
+    let about_data = sections::about_data(&chosen.data)?;
     let of_one = run_one(&one, request)?;
     let of_many = run_many(&many, request)?;
     let of_shared = run_shared(&many, of_many.as_ref(), request)?;
-    let (of_section5, section5_work) = sections::of_section5(&section5, request)?;
+    let (of_section5, section5_work) = sections::of_section5(&chosen.section5, request)?;
     let tallies = Tallies {
         cells: of_one.as_ref().map(Tally::of),
         units: of_many.as_ref().map(Tally::of),
