@@ -79,12 +79,12 @@ impl Found {
         }
         for path in &files {
             let read = std::fs::read(path).map_err(|error| error.to_string());
-            let taken = read.and_then(|bytes| match is_model(path) {
-                true => models.read(path, bytes, &request.output),
-                false => {
-                    let text = String::from_utf8_lossy(&bytes);
-                    results.read(path, &text, &request.output, known)
+            let taken = read.and_then(|bytes| {
+                if is_model(path) {
+                    return models.read(path, bytes, &request.output);
                 }
+                let text = String::from_utf8_lossy(&bytes);
+                results.read(path, &text, &request.output, known)
             });
             if let Err(reason) = taken {
                 unread.push(format!("{}: {reason}", path.display()));
