@@ -61,17 +61,6 @@ const TRAINED_BY: [&str; 2] = [
     "crates/bench-suite/src/section5/training_set.rs",
 ];
 
-/// What the parts of an experiment of section 5 come from beside all of these.
-const SECTION5: [(&str, &str); 7] = [
-    ("CLOSED_LOOP", "closed_loop"),
-    ("CONTEXT", "context"),
-    ("MODELS", "models.rs"),
-    ("NOVEL", "novel"),
-    ("RBD", "rbd"),
-    ("SAMPLED", "sampled"),
-    ("TRANSFER", "transfer"),
-];
-
 /// Files of these that only report what was measured; all others count as behind the numbers.
 const REPORTING: [&str; 5] = [
     "confusion.rs",
@@ -99,24 +88,40 @@ fn main() -> std::io::Result<()> {
         add(&mut hasher, &root, paths)?;
         println!("cargo:rustc-env={name}={:016x}", hasher.finish());
     }
-    for (name, path) in SECTION5 {
+    let mut of_section5 = Vec::new();
+    for name in experiments_of_section5()? {
         let mut hasher = hasher.clone();
-        let section5 = "crates/bench-suite/src/section5";
-        let own = format!("{section5}/{path}");
-        add(
-            &mut hasher,
-            &root,
-            &[&format!("{section5}/normal.rs"), &own],
-        )?;
-        println!(
-            "cargo:rustc-env={name}_MEASURED_BY={:016x}",
-            hasher.finish()
-        );
+        let folder = "crates/bench-suite/src/section5";
+        let own = ["normal.rs".to_string(), name.clone(), format!("{name}.rs")];
+        for file in own.map(|file| format!("{folder}/{file}")) {
+            if root.join(&file).exists() {
+                add(&mut hasher, &root, &[&file])?;
+            }
+        }
+        let fingerprint = format!("{:016x}", hasher.finish());
+        let variable = name.to_uppercase();
+        println!("cargo:rustc-env={variable}_MEASURED_BY={fingerprint}");
+        of_section5.push(format!("{name}={fingerprint}"));
     }
+    let of_section5 = of_section5.join(" ");
+    println!("cargo:rustc-env=SECTION5_MEASURED_BY={of_section5}");
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=src");
     println!("cargo:rustc-env=COMPILED_FROM={}", revision::of(&root));
     Ok(())
+}
+
+/// The experiments that are described as of section 5; each has a folder or a file of its name.
+fn experiments_of_section5() -> std::io::Result<Vec<String>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments");
+    println!("cargo:rerun-if-changed={}", folder.display());
+    let mut names = Vec::new();
+    for file in files_under(&folder)? {
+        let is_one = read(&file)?.contains("\nkind = \"section5\"\n");
+        let stem = file.file_stem().filter(|_| is_one);
+        names.extend(stem.map(|stem| stem.to_string_lossy().into_owned()));
+    }
+    Ok(names)
 }
 
 fn read(path: &Path) -> std::io::Result<String> {

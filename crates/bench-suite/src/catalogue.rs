@@ -1,22 +1,24 @@
 //! The experiments by name: those about the data, those with one context, those with many, and those of section 5.
 
-use crate::data_figures::spec::DataExperiment;
 use crate::error::BenchError;
 use crate::multi::spec::MultiExperiment;
-use crate::section5::spec::{GROUP, Section5Experiment};
+use crate::section_experiment::{Kind, SectionExperiment};
 use crate::spec::Experiment;
+
+/// Name that chooses all of section 5 on the command line.
+pub const GROUP: &str = "section5";
 
 /// Experiments, each kind in the order of the chapter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Catalogue {
     /// Section 2: no model, no profile.
-    pub data: Vec<DataExperiment>,
+    pub data: Vec<SectionExperiment>,
     /// Section 3.4.
     pub one: Vec<Experiment>,
     /// Section 4.6.
     pub many: Vec<MultiExperiment>,
     /// Section 5; `section5` names all of them.
-    pub section5: Vec<Section5Experiment>,
+    pub section5: Vec<SectionExperiment>,
 }
 
 impl Catalogue {
@@ -26,10 +28,10 @@ impl Catalogue {
     /// `Experiment` if a description does not follow the format.
     pub fn all() -> Result<Self, BenchError> {
         Ok(Self {
-            data: DataExperiment::all()?,
+            data: SectionExperiment::all(Kind::Data)?,
             one: Experiment::all()?,
             many: MultiExperiment::all()?,
-            section5: Section5Experiment::all()?,
+            section5: SectionExperiment::all(Kind::Section5)?,
         })
     }
 
@@ -48,19 +50,13 @@ impl Catalogue {
             });
         }
         let is_chosen = |name: &String| names.is_empty() || names.contains(name);
-        catalogue
-            .data
-            .retain(|experiment| is_chosen(&experiment.name));
-        catalogue
-            .one
-            .retain(|experiment| is_chosen(&experiment.name));
-        catalogue
-            .many
-            .retain(|experiment| is_chosen(&experiment.name));
         let is_group_chosen = names.iter().any(|name| name == GROUP);
+        catalogue.data.retain(|one| is_chosen(&one.name));
+        catalogue.one.retain(|one| is_chosen(&one.name));
+        catalogue.many.retain(|one| is_chosen(&one.name));
         catalogue
             .section5
-            .retain(|experiment| is_group_chosen || is_chosen(&experiment.name));
+            .retain(|one| is_group_chosen || is_chosen(&one.name));
         Ok(catalogue)
     }
 
@@ -101,7 +97,10 @@ mod tests {
     #[test]
     fn the_group_means_all_of_section_5() {
         let group = Catalogue::named(&["section5".to_string()]).unwrap();
-        assert_eq!(group.names(), Section5Experiment::names().unwrap());
+        assert_eq!(
+            group.names(),
+            SectionExperiment::names(Kind::Section5).unwrap()
+        );
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use gp_core::MethodUsed;
 use gp_core::optimize::StopReason;
-use gp_core::search::StageReport;
+use gp_core::search::{FitReport, StageReport, StartReport};
 use serde::{Deserialize, Serialize};
 
 /// What a Gaussian-process fit reported.
@@ -55,21 +55,50 @@ pub struct StartSummary {
     pub stop: String,
 }
 
-/// The searches of a stage.
-pub(crate) fn stage_summary(stage: &StageReport) -> impl Iterator<Item = StartSummary> {
-    stage.starts.iter().map(|start| StartSummary {
-        samples: stage.n_samples,
-        name: start.origin.key().to_string(),
-        log_marginal_likelihood: start.log_marginal,
-        evaluations: start.evaluations,
-        work: start.work,
-        projected_gradient: start.projected_gradient,
-        stop: stop_name(start.stop).to_string(),
-    })
+impl FitSummary {
+    /// Of a report, with σ and the other hyperparameters found.
+    pub(crate) fn of(report: &FitReport, noise_std: f64, hyperparameters: Vec<f64>) -> Self {
+        let winner = report.winning_start();
+        Self {
+            log_marginal_likelihood: report.log_marginal,
+            start: winner.origin.key().to_string(),
+            stop: stop_name(winner.stop).to_string(),
+            iterations: winner.iterations,
+            evaluations: report.evaluations(),
+            recoveries: report.recoveries(),
+            noise_std,
+            hyperparameters,
+            bounds_hit: report.bounds_hit.clone(),
+            method: method_name(report.method).to_string(),
+            rank: report.rank,
+            error_bound: report.error_bound,
+            starts: report.stages.iter().flat_map(stage_summary).collect(),
+        }
+    }
+}
+
+impl StartSummary {
+    /// Of a search on some samples.
+    pub(crate) fn of(start: &StartReport, samples: usize) -> Self {
+        Self {
+            samples,
+            name: start.origin.key().to_string(),
+            log_marginal_likelihood: start.log_marginal,
+            evaluations: start.evaluations,
+            work: start.work,
+            projected_gradient: start.projected_gradient,
+            stop: stop_name(start.stop).to_string(),
+        }
+    }
+}
+
+fn stage_summary(stage: &StageReport) -> impl Iterator<Item = StartSummary> {
+    let starts = stage.starts.iter();
+    starts.map(|start| StartSummary::of(start, stage.n_samples))
 }
 
 /// Name of the way the likelihood was computed.
-pub(crate) fn method_name(method: MethodUsed) -> &'static str {
+fn method_name(method: MethodUsed) -> &'static str {
     match method {
         MethodUsed::Dense => "dense",
         MethodUsed::Certified => "certified",
@@ -86,5 +115,42 @@ pub(crate) fn stop_name(stop: StopReason) -> &'static str {
         StopReason::RecoveryLimit => "recovery-limit",
         StopReason::StartUndefined => "start-undefined",
         _ => "other",
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Made-up numbers of a fit to 170 samples, which one search led to.
+    pub(crate) fn summary() -> FitSummary {
+        FitSummary {
+            log_marginal_likelihood: -705.25,
+            start: "eq22".into(),
+            stop: "gradient-small".into(),
+            iterations: 7,
+            evaluations: 11,
+            recoveries: 0,
+            noise_std: 0.01,
+            hyperparameters: vec![1.0, 1.0 / 3.0],
+            bounds_hit: Vec::new(),
+            method: "dense".into(),
+            rank: 40,
+            error_bound: 1e-9,
+            starts: vec![start()],
+        }
+    }
+
+    /// Its search.
+    pub(crate) fn start() -> StartSummary {
+        StartSummary {
+            samples: 170,
+            name: "eq22".into(),
+            log_marginal_likelihood: -705.25,
+            evaluations: 10,
+            work: 10.0,
+            projected_gradient: 0.5,
+            stop: "gradient-small".into(),
+        }
     }
 }

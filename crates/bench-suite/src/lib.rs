@@ -24,6 +24,7 @@ mod revision;
 pub mod rigid_body;
 pub mod run;
 pub mod section5;
+pub mod section_experiment;
 pub mod seed;
 pub mod shard;
 pub mod spec;

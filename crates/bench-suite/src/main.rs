@@ -12,13 +12,12 @@ use anyhow::Context;
 use bench_suite::BenchError;
 use bench_suite::adopt::{self, adopt};
 use bench_suite::catalogue::Catalogue;
-use bench_suite::multi::spec::MultiSelection;
 use bench_suite::regression::{self, Scores};
+use bench_suite::report::durations;
 use bench_suite::report::finding::Findings;
-use bench_suite::report::{durations, multi_durations};
 use bench_suite::reproduce::{ManyContexts, OneContext, Reproduction, Request, compute, reproduce};
 use bench_suite::run::{Reuse, RunOutcome};
-use bench_suite::section5::spec::Section5Experiment;
+use bench_suite::section_experiment::{Kind, SectionExperiment};
 use bench_suite::shard::Shard;
 use bench_suite::spec::{Profile, Selection};
 use bench_suite::store::{Work, write_atomically};
@@ -61,16 +60,13 @@ fn reproduce_paper(flags: ReproducePaper) -> anyhow::Result<ExitCode> {
         profile: flags.profile,
         only: flags.only,
         output: flags.output,
-        multi_selection: MultiSelection {
-            joints: flags.joints.clone(),
+        selection: Selection {
+            joints: flags.joints,
+            loads: flags.loads,
+            sizes: flags.sizes,
             totals: flags.totals,
             ranks: flags.ranks,
             n_more_repeats: flags.repeats - 1,
-        },
-        selection: Selection {
-            loads: flags.loads,
-            joints: flags.joints,
-            sizes: flags.sizes,
         },
         shard: shard.unwrap_or(Shard::WHOLE),
         n_threads: flags.threads,
@@ -136,8 +132,8 @@ fn print_one(out: &mut Output, one: &OneContext) -> io::Result<()> {
     print_findings(out, &one.findings)?;
     print_seconds(
         out,
-        durations::TITLE,
-        &durations::by_model_and_size(&one.outcome.records).to_text(),
+        durations::OF_CELLS,
+        &durations::of_cells(&one.outcome.records).to_text(),
         &one.outcome,
     )
 }
@@ -151,8 +147,8 @@ fn print_many(out: &mut Output, many: &ManyContexts) -> io::Result<()> {
     print_findings(out, &many.findings)?;
     print_seconds(
         out,
-        multi_durations::TITLE,
-        &multi_durations::by_model_and_size(&many.outcome.records).to_text(),
+        durations::OF_UNITS,
+        &durations::of_units(&many.outcome.records).to_text(),
         &many.outcome,
     )
 }
@@ -198,7 +194,6 @@ fn nmse_regression(flags: &NmseRegression) -> anyhow::Result<ExitCode> {
         only: Catalogue::scored_names()?,
         output: flags.output.clone(),
         selection: Selection::default(),
-        multi_selection: MultiSelection::default(),
         shard: Shard::WHOLE,
         n_threads: flags.threads,
         reuse: Reuse::Fits,
@@ -253,7 +248,7 @@ fn take_over(flags: Adopt) -> anyhow::Result<ExitCode> {
         output: flags.output,
         n_witnesses: flags.witnesses,
         n_threads: flags.threads,
-        experiments: Section5Experiment::all()?,
+        experiments: SectionExperiment::all(Kind::Section5)?,
     })?;
     let mut out = Output::new();
     for file in &adoption.unread {

@@ -6,7 +6,7 @@ use crate::cell::{Cell, CellRecord};
 use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::fit_summary::FitSummary;
-use crate::metrics::nmse;
+use crate::metrics::nmse_of_sets;
 use crate::models::Fitted;
 use crate::rigid_body::parameters::Knowledge;
 use crate::rigid_body::rows::Regressors;
@@ -15,10 +15,8 @@ use crate::split::Split;
 
 /// Fits and scores a cell; sequential, and the same bits on every call but for the seconds.
 ///
-/// The extrap set contains the interp set, so one pass over the extrap rows serves both.
-///
 /// # Errors
-/// `Fit` if the model cannot be fitted; the errors of [`nmse`].
+/// `Fit` if the model cannot be fitted; the errors of [`nmse_of_sets`].
 /// # Panics
 /// If the data set does not hold the cell's load.
 pub fn measure(
@@ -38,11 +36,10 @@ pub fn measure(
     };
 
     let truth = data.torques(cell.load, cell.joint, &split.extrap);
-    let interp = split.interp_in_extrap();
-    let pick = |values: &[f64]| interp.iter().map(|&i| values[i]).collect::<Vec<_>>();
+    let [nmse_interp, nmse_extrap] = nmse_of_sets(split, &learned.means, &truth)?;
     Ok(CellRecord {
-        nmse_interp: nmse(&pick(&learned.means), &pick(&truth))?,
-        nmse_extrap: nmse(&learned.means, &truth)?,
+        nmse_interp,
+        nmse_extrap,
         seconds_fit: learned.seconds_fit,
         seconds_predict: learned.seconds_predict,
         cell: cell.clone(),

@@ -1,6 +1,7 @@
 //! Normalised mean squared error, the only measure of section 3.4.
 
 use crate::error::BenchError;
+use crate::split::Split;
 
 /// Mean squared error divided by the variance of the targets.
 ///
@@ -31,6 +32,18 @@ pub fn nmse(predictions: &[f64], targets: &[f64]) -> Result<f64, BenchError> {
     let spread: f64 = targets.iter().map(|t| (t - mean).powi(2)).sum();
     let error: f64 = pairs().map(|(y, t)| (y - t).powi(2)).sum();
     Ok(error / spread)
+}
+
+/// nMSE on interp and on extrap, from one pass over the rows of extrap, which contains interp.
+///
+/// # Shapes
+/// `means` and `truth` (60,000,), at the rows of `split.extrap`.
+/// # Errors
+/// Those of [`nmse`].
+pub fn nmse_of_sets(split: &Split, means: &[f64], truth: &[f64]) -> Result<[f64; 2], BenchError> {
+    let interp = split.interp_in_extrap();
+    let pick = |values: &[f64]| interp.iter().map(|&i| values[i]).collect::<Vec<_>>();
+    Ok([nmse(&pick(means), &pick(truth))?, nmse(means, truth)?])
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use kernels::{Covariance, TorqueForm};
 
 use crate::cell::ModelKind;
 use crate::error::BenchError;
-use crate::fit_summary::{FitSummary, method_name, stage_summary, stop_name};
+use crate::fit_summary::FitSummary;
 
 /// A model after training.
 pub enum Fitted {
@@ -60,21 +60,8 @@ impl Fitted {
         let Self::Process(fit) = self else {
             return None;
         };
-        let winner = fit.report.winning_start();
-        Some(FitSummary {
-            log_marginal_likelihood: fit.report.log_marginal,
-            start: winner.origin.key().to_string(),
-            stop: stop_name(winner.stop).to_string(),
-            iterations: winner.iterations,
-            evaluations: fit.report.evaluations(),
-            recoveries: fit.report.recoveries(),
-            noise_std: fit.noise_std(),
-            hyperparameters: fit.covariance().params(),
-            bounds_hit: fit.report.bounds_hit.clone(),
-            method: method_name(fit.report.method).to_string(),
-            rank: fit.report.rank,
-            error_bound: fit.report.error_bound,
-            starts: fit.report.stages.iter().flat_map(stage_summary).collect(),
-        })
+        let hyperparameters = fit.covariance().params();
+        let summary = FitSummary::of(&fit.report, fit.noise_std(), hyperparameters);
+        Some(summary)
     }
 }

@@ -1,12 +1,7 @@
 //! Whether the averages of the smoke profile have moved from the committed ones.
 
-use std::collections::BTreeMap;
-
-use serde::{Deserialize, Serialize};
-
-use crate::cell::TestSet;
 use crate::error::BenchError;
-use crate::report::averages::Averages;
+use crate::report::averages::{AverageKey, Averages, Table, read_table, write_table};
 use crate::report::curves::{CurveKey, Curves, Series, Statistic};
 use crate::report::text_table::{ratio, score};
 
@@ -15,33 +10,19 @@ pub const WORSE_AT_MOST: f64 = 1.25;
 /// An average may get better by this factor before the committed value must be renewed.
 pub const BETTER_AT_MOST: f64 = 3.0;
 
-/// What is averaged, over the loads of section 3.4 or the contexts of section 4.6.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct ScoreKey {
-    /// Joint, from 1.
-    pub joint: usize,
-    /// Name of the model.
-    pub model: String,
-    /// Test set.
-    pub set: TestSet,
-    /// Training samples.
-    pub n: usize,
-}
+/// What is averaged, over the loads of section 3.4 or the contexts of section 4.6, by the model's name.
+pub type ScoreKey = AverageKey<String>;
 
 /// Averages by key.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Scores(pub BTreeMap<ScoreKey, f64>);
+pub struct Scores(pub Table<String>);
 
 impl Scores {
     /// Adds the averages over the loads, of the chapter's models.
     pub fn add_averages(&mut self, averages: &Averages) {
         for (key, average) in &averages.of_the_chapter().0 {
-            let key = ScoreKey {
-                joint: key.joint,
-                model: key.model.name().to_string(),
-                set: key.set,
-                n: key.n,
-            };
+            let model = key.model.name().to_string();
+            let key = ScoreKey::new(key.joint, model, key.set, key.n);
             self.0.insert(key, average.mean());
         }
     }
@@ -54,12 +35,8 @@ impl Scores {
         };
         for (key, points) in lines.filter(|(key, _)| is_scored(key)) {
             for point in points {
-                let key = ScoreKey {
-                    joint: key.joint,
-                    model: key.series.name().to_string(),
-                    set: key.set,
-                    n: point.n,
-                };
+                let model = key.series.name().to_string();
+                let key = ScoreKey::new(key.joint, model, key.set, point.n);
                 self.0.insert(key, point.value);
             }
         }
@@ -68,45 +45,17 @@ impl Scores {
     /// Reads a CSV with the columns joint, model, set, n, nmse.
     ///
     /// # Errors
-    /// `Malformed`, with the path given, if a row does not fit or a value is not positive.
+    /// As for [`read_table`].
     pub fn read(path: &str, text: &str) -> Result<Self, BenchError> {
-        #[derive(Deserialize)]
-        struct Row {
-            joint: usize,
-            model: String,
-            set: TestSet,
-            n: usize,
-            nmse: f64,
-        }
-        let mut scores = Self::default();
-        let rows = csv::Reader::from_reader(text.as_bytes()).into_deserialize::<Row>();
-        for (i, row) in rows.enumerate() {
-            let row = row.map_err(|e| BenchError::malformed(path, e))?;
-            if row.nmse.is_nan() || row.nmse <= 0.0 {
-                let line = i + 2; // line 1 is the header
-                let message = format!("line {line}: nMSE {} is not positive", row.nmse);
-                return Err(BenchError::malformed(path, message));
-            }
-            let key = ScoreKey {
-                joint: row.joint,
-                model: row.model,
-                set: row.set,
-                n: row.n,
-            };
-            scores.0.insert(key, row.nmse);
-        }
-        Ok(scores)
+        read_table(path, text).map(Self)
     }
 
     /// The format of [`Self::read`], shortest digits that read back to the same number.
     pub fn to_csv(&self) -> String {
-        let mut text = String::from("joint,model,set,n,nmse\n");
-        for (key, value) in &self.0 {
-            let (joint, model, set, n) = (key.joint, &key.model, key.set.name(), key.n);
-            let line = format!("{joint},{model},{set},{n},{value:e}\n");
-            text.push_str(&line);
-        }
-        text
+        write_table(
+            self.0.iter().map(|(key, nmse)| (key, *nmse)),
+            String::as_str,
+        )
     }
 }
 
@@ -148,19 +97,14 @@ fn judge(key: &ScoreKey, ours: Option<f64>, expected: f64) -> Option<String> {
 }
 
 fn name(key: &ScoreKey) -> String {
-    let ScoreKey {
-        joint,
-        model,
-        set,
-        n,
-    } = key;
-    format!("joint {joint}, {model}, {}, n = {n}", set.name())
+    let (joint, model, set, n) = (key.joint, &key.model, key.set.name(), key.n);
+    format!("joint {joint}, {model}, {set}, n = {n}")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cell::ModelKind;
+    use crate::cell::{ModelKind, TestSet};
     use crate::report::averages::tests::record;
     use crate::report::curves::tests::{curves, record as unit_record};
 
@@ -207,12 +151,7 @@ mod tests {
         // GPc on two sets; four models on two sets, averages only.
         assert_eq!(scores.0.len(), 2 + 8);
         assert_eq!(Scores::read("x", &scores.to_csv()).unwrap(), scores);
-        let key = ScoreKey {
-            joint: 3,
-            model: "mGP-BIC".to_string(),
-            set: TestSet::Interp,
-            n: 280,
-        };
+        let key = ScoreKey::new(3, "mGP-BIC".to_string(), TestSet::Interp, 280);
         // Contexts 4 and 12.
         assert!((scores.0[&key] - 8.0).abs() <= 8.0 * f64::EPSILON);
         let error = Scores::read("x.csv", "joint,model,set,n,nmse\n1,GPc,interp,20,-1\n");

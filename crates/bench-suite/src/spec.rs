@@ -88,15 +88,21 @@ pub struct Prose {
     pub analysis: String,
 }
 
-/// Loads, joints and sizes instead of the profile's, for development.
+/// What to compute instead of what the profile says, for development.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Selection {
-    /// Loads instead of the profile's.
-    pub loads: Option<Vec<usize>>,
-    /// Joints instead of the profile's.
+    /// Joints.
     pub joints: Option<Vec<usize>>,
-    /// Sizes instead of the profile's.
+    /// Loads, with one context.
+    pub loads: Option<Vec<usize>>,
+    /// Sizes, with one context.
     pub sizes: Option<Vec<usize>>,
+    /// Sizes, with many contexts.
+    pub totals: Option<Vec<usize>>,
+    /// Ranks.
+    pub ranks: Option<Vec<usize>>,
+    /// Draws of the subsets beyond the first, with many contexts.
+    pub n_more_repeats: usize,
 }
 
 impl Experiment {
@@ -227,6 +233,7 @@ mod tests {
             loads: Some(vec![2]),
             joints: Some(vec![5]),
             sizes: Some(vec![40]),
+            ..Selection::default()
         };
         let scope = table3.scope(Profile::Smoke, &selection).unwrap();
         assert_eq!(

@@ -134,12 +134,8 @@ impl Store {
     /// `Io` if the file cannot be written; then no file is left.
     pub fn save<R: Finished>(&self, record: &R) -> Result<(), BenchError> {
         let path = self.path(record.work());
-        let stored = Stored {
-            key: record.work().key(),
-            record: record.clone(),
-        };
-        let text = toml::to_string(&stored).map_err(|e| BenchError::malformed(&path, e))?;
-        write_atomically(&path, (text + END).as_bytes())
+        let text = to_text(record).map_err(|e| BenchError::malformed(&path, e))?;
+        write_atomically(&path, text.as_bytes())
     }
 
     fn path<W: Work>(&self, work: &W) -> PathBuf {
@@ -147,8 +143,20 @@ impl Store {
     }
 }
 
+/// The text of a whole file.
+///
+/// # Errors
+/// If TOML cannot hold the result.
+pub fn to_text<R: Finished>(record: &R) -> Result<String, toml::ser::Error> {
+    let stored = Stored {
+        key: record.work().key(),
+        record: record.clone(),
+    };
+    Ok(toml::to_string(&stored)? + END)
+}
+
 /// Key and result in the text of a whole file; `None` if it is cut short or of another kind of work.
-pub fn parse<R: Finished>(text: &str) -> Option<(String, R)> {
+pub fn parse<R: DeserializeOwned>(text: &str) -> Option<(String, R)> {
     let stored: Stored<R> = toml::from_str(text.strip_suffix(END)?).ok()?;
     Some((stored.key, stored.record))
 }
@@ -169,6 +177,7 @@ pub fn write_atomically(path: &Path, contents: &[u8]) -> Result<(), BenchError> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit_summary::tests::{start, summary};
     use crate::fit_summary::{FitSummary, StartSummary};
 
     fn record() -> CellRecord {
@@ -185,27 +194,13 @@ mod tests {
                 n: 170,
             },
             fit: Some(FitSummary {
-                log_marginal_likelihood: -705.25,
-                start: "eq22".into(),
-                iterations: 7,
-                evaluations: 11,
-                stop: "gradient-small".into(),
-                recoveries: 0,
-                noise_std: 0.01,
-                hyperparameters: vec![1.0, 1.0 / 3.0],
                 bounds_hit: vec!["noise_std".into()],
-                method: "dense".into(),
-                rank: 170,
-                error_bound: 1e-9,
                 starts: vec![StartSummary {
-                    samples: 170,
-                    name: "eq22".into(),
                     log_marginal_likelihood: f64::NEG_INFINITY,
-                    evaluations: 1,
-                    work: 1.0,
-                    projected_gradient: 0.5,
                     stop: "start-undefined".into(),
+                    ..start()
                 }],
+                ..summary()
             }),
         }
     }

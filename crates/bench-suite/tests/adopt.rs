@@ -7,10 +7,10 @@ use std::process::Command;
 use bench_suite::adopt::{Adoption, Request, adopt};
 use bench_suite::cell::{Cell, ModelKind};
 use bench_suite::run::{Reuse, RunOutcome, run};
+use bench_suite::section_experiment::SectionExperiment;
 use bench_suite::section5::campaign::Campaign;
 use bench_suite::section5::make;
 use bench_suite::section5::part::measured_by;
-use bench_suite::section5::spec::Section5Experiment;
 use bench_suite::spec::Profile;
 use bench_suite::store::{MEASURED_BY, Store, of_cells};
 
@@ -126,9 +126,9 @@ fn one_digit_that_is_not_computed_again_stops_everything() {
 }
 
 /// The experiment about the models themselves, of two samples a load.
-fn models() -> Section5Experiment {
+fn models() -> SectionExperiment {
     let text = "name = \"models\"\nkind = \"section5\"\ntitle = \"t\"\n[profile.smoke]\nn_total = 28\n[text]\nanalysis = \"a\"\n";
-    Section5Experiment::parse("models", text).expect("an experiment")
+    SectionExperiment::parse("models", text).expect("an experiment")
 }
 
 fn is_made(output: &Path, reuse: Reuse) -> bool {

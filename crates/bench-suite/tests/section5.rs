@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use bench_suite::data_figures::section::Section;
 use bench_suite::run::Reuse;
+use bench_suite::section_experiment::SectionExperiment;
 use bench_suite::section5::bench::Bench;
 use bench_suite::section5::campaign::Campaign;
 use bench_suite::section5::make;
-use bench_suite::section5::spec::Section5Experiment;
 use bench_suite::section5::trained::Trained;
 use bench_suite::section5::training_set::TrainingSet;
 use bench_suite::shard::Shard;
@@ -62,7 +62,7 @@ fn threads_do_not_change_the_models_and_their_files_are_used_again() {
 }
 
 /// An experiment with the smallest settings that make sense.
-fn smallest(name: &str, source: &str, changes: &[(&str, &str)]) -> Section5Experiment {
+fn smallest(name: &str, source: &str, changes: &[(&str, &str)]) -> SectionExperiment {
     let smoke = source.split("[profile.full]").next().expect("a part");
     let (_, text) = source.split_once("[text]").expect("a text");
     let mut source = format!("{smoke}[text]{text}");
@@ -70,11 +70,11 @@ fn smallest(name: &str, source: &str, changes: &[(&str, &str)]) -> Section5Exper
         assert!(source.contains(from), "{name}: {from}");
         source = source.replacen(from, to, 1);
     }
-    Section5Experiment::parse(name, &source).expect("an experiment")
+    SectionExperiment::parse(name, &source).expect("an experiment")
 }
 
 /// The section of an experiment whose work is all there or computed now.
-fn made(experiment: &Section5Experiment, campaign: &Campaign) -> Section {
+fn made(experiment: &SectionExperiment, campaign: &Campaign) -> Section {
     let section = make(experiment, campaign).expect("no failure");
     section.expect("nothing is missing")
 }
@@ -93,7 +93,7 @@ fn kept(output: &Path, experiment: &str) -> Vec<PathBuf> {
 }
 
 /// Five experiments with models of 28 samples, as small as they can be.
-fn small_experiments() -> Vec<Section5Experiment> {
+fn small_experiments() -> Vec<SectionExperiment> {
     let n_total = ("n_total = 280", "n_total = 28");
     let rbd = [
         n_total,

@@ -13,7 +13,7 @@ use crate::store::{self, Work};
 
 /// Work whose results are kept in a directory of their own.
 pub(super) trait Kept: Work {
-    /// Name that results of the same kind, model and size have in common.
+    /// Name that results of the same kind, model and size have in common, and no others.
     fn group(&self) -> String;
 
     /// Today's directory of its results.

@@ -46,118 +46,56 @@ pub struct Adoption {
 /// those of the work that is computed again, where it is not one piece that fails.
 pub fn adopt(request: &Request) -> Result<Adoption, BenchError> {
     let scratch = Scratch::new(request)?;
-    let mut found = Found::read(request, &scratch)?;
-    let mut differences = found.contradictions();
+    let mut found = Found::read(request, &scratch.keys_of_section5()?)?;
+    let mut differences = found.results.contradictions();
+    differences.extend(found.models.contradictions.clone());
     if differences.is_empty() {
-        found.choose_witnesses(request.n_witnesses);
+        found.results.choose_witnesses(request.n_witnesses);
         differences = scratch.differences(&found)?;
     }
-    let mut adoption = Adoption {
-        n_there: found.n_there(),
-        n_witnesses: found.n_witnesses(),
-        n_adopted: 0,
-        differences,
-        unread: std::mem::take(&mut found.unread),
+    let n_adopted = if differences.is_empty() {
+        found.models.write(&request.output)? + found.results.write(&request.output)?
+    } else {
+        0
     };
-    if adoption.differences.is_empty() {
-        adoption.n_adopted = found.write(&request.output)?;
-    }
-    Ok(adoption)
+    Ok(Adoption {
+        n_adopted,
+        n_there: found.results.n_there + found.models.n_there,
+        n_witnesses: found.results.witnesses().count() + found.models.witnesses().len(),
+        differences,
+        unread: found.unread,
+    })
 }
 
 impl Found {
-    /// Reads every file of results.
-    fn read(request: &Request, scratch: &Scratch) -> Result<Self, BenchError> {
-        let mut found = Self {
-            cells: Olds::default(),
-            units: Olds::default(),
-            shared: Olds::default(),
-            curves: Olds::default(),
-            parts: Olds::default(),
-            models: OldModels::of(&request.experiments)?,
-            unread: Vec::new(),
-        };
-        let known = scratch.keys_of_section5()?;
+    /// Reads every file of results; of section 5 those of the `known` keys.
+    fn read(request: &Request, known: &BTreeSet<String>) -> Result<Self, BenchError> {
+        let mut results = Olds::default();
+        let mut models = OldModels::of(&request.experiments)?;
+        let mut unread = Vec::new();
         let files = files_of_results(&request.from)?;
-        for path in &files {
-            if let Err(reason) = found.read_file(path, &request.output, &known) {
-                found.unread.push(format!("{}: {reason}", path.display()));
-            }
-        }
-        found.unread.extend(found.models.remove_incomplete());
         if files.is_empty() {
             return Err(BenchError::malformed(&request.from, "no result is in it"));
         }
-        Ok(found)
-    }
-
-    fn read_file(
-        &mut self,
-        path: &Path,
-        output: &Path,
-        known: &BTreeSet<String>,
-    ) -> Result<(), String> {
-        let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
-        if is_model(path) {
-            return self.models.read(path, &bytes, output);
+        for path in &files {
+            let read = std::fs::read(path).map_err(|error| error.to_string());
+            let taken = read.and_then(|bytes| {
+                if is_model(path) {
+                    return models.read(path, bytes, &request.output);
+                }
+                let text = String::from_utf8_lossy(&bytes);
+                results.read(path, &text, &request.output, known)
+            });
+            if let Err(reason) = taken {
+                unread.push(format!("{}: {reason}", path.display()));
+            }
         }
-        let text = String::from_utf8_lossy(&bytes);
-        let is_known = |key: &str| known.contains(key);
-        let read = (self.cells.read(path, &text, output, |_| true))
-            .or_else(|| self.units.read(path, &text, output, |_| true))
-            .or_else(|| self.shared.read(path, &text, output, |_| true))
-            .or_else(|| self.curves.read(path, &text, output, is_known))
-            .or_else(|| self.parts.read(path, &text, output, is_known));
-        read.unwrap_or_else(|| Err("not a whole result of a known kind".to_string()))
-    }
-
-    /// Two old results of the same work that are not the same.
-    fn contradictions(&mut self) -> Vec<String> {
-        [
-            self.cells.contradictions(),
-            self.units.contradictions(),
-            self.shared.contradictions(),
-            self.curves.contradictions(),
-            self.parts.contradictions(),
-            self.models.contradictions(),
-        ]
-        .concat()
-    }
-
-    fn choose_witnesses(&mut self, n: usize) {
-        self.cells.choose_witnesses(n);
-        self.units.choose_witnesses(n);
-        self.shared.choose_witnesses(n);
-        self.curves.choose_witnesses(n);
-        self.parts.choose_witnesses(n);
-    }
-
-    fn n_witnesses(&self) -> usize {
-        self.cells.witnesses().len()
-            + self.units.witnesses().len()
-            + self.shared.witnesses().len()
-            + self.curves.witnesses().len()
-            + self.parts.witnesses().len()
-            + self.models.witnesses().len()
-    }
-
-    fn n_there(&self) -> usize {
-        self.cells.n_there
-            + self.units.n_there
-            + self.shared.n_there
-            + self.curves.n_there
-            + self.parts.n_there
-            + self.models.n_there
-    }
-
-    /// Writes everything under today's keys; how many files.
-    fn write(&self, output: &Path) -> Result<usize, BenchError> {
-        Ok(self.models.write(output)?
-            + self.cells.write(output)?
-            + self.units.write(output)?
-            + self.shared.write(output)?
-            + self.curves.write(output)?
-            + self.parts.write(output)?)
+        unread.extend(models.remove_incomplete());
+        Ok(Self {
+            results,
+            models,
+            unread,
+        })
     }
 }
 

@@ -8,10 +8,9 @@ use torque_model::RobotModel;
 
 use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::section5::spec::Section5Experiment;
+use crate::section_experiment::SectionExperiment;
 use crate::section5::trained::{KINDS, file_name};
 use crate::section5::training_set::TrainingSet;
-use crate::spec::Profile;
 use crate::store::write_atomically;
 
 /// The models of a joint: file and contents, by kind.
@@ -22,7 +21,7 @@ pub(super) struct OldModels {
     sets: Vec<TrainingSet>,
     found: BTreeMap<(usize, usize), OfJoint>,
     /// Second files of the same models that are not the same bytes.
-    contradictions: Vec<String>,
+    pub contradictions: Vec<String>,
     /// Files that today's program has already.
     pub n_there: usize,
 }
@@ -32,7 +31,7 @@ impl OldModels {
     ///
     /// # Errors
     /// `Experiment` for settings that are not of the form.
-    pub fn of(experiments: &[Section5Experiment]) -> Result<Self, BenchError> {
+    pub fn of(experiments: &[SectionExperiment]) -> Result<Self, BenchError> {
         let mut sets = Vec::new();
         for experiment in experiments {
             for profile in experiment.profiles() {
@@ -52,12 +51,12 @@ impl OldModels {
     ///
     /// # Errors
     /// The reason why it is not a model that today's experiments use.
-    pub fn read(&mut self, path: &Path, bytes: &[u8], output: &Path) -> Result<(), String> {
+    pub fn read(&mut self, path: &Path, bytes: Vec<u8>, output: &Path) -> Result<(), String> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let is_named = |kind: &&&str| name.starts_with(&format!("{kind}-"));
         let kind = KINDS.iter().find(is_named);
         let kind = *kind.ok_or("the name of the file is not one of a model")?;
-        let model = RobotModel::from_bytes(bytes).map_err(|error| error.to_string())?;
+        let model = RobotModel::from_bytes(&bytes).map_err(|error| error.to_string())?;
         let [(joint_idx, _)] = model.learned() else {
             return Err("it is not a model of one joint".to_string());
         };
@@ -65,20 +64,21 @@ impl OldModels {
         let is_set = |set: &TrainingSet| digest == <[u8; 32]>::from(Sha256::digest(set.key()));
         let set = self.sets.iter().position(is_set);
         let set = set.ok_or("no experiment of today has its training set")?;
-        if place(output, &self.sets[set], *joint_idx, kind).exists() {
+        let file = file_name(&self.sets[set], *joint_idx, kind);
+        if directory(output).join(file).exists() {
             self.n_there += 1;
             return Ok(());
         }
         let of_joint = self.found.entry((set, *joint_idx)).or_default();
         if let Some((first, contents)) = of_joint.get(kind) {
-            if contents != bytes {
+            if *contents != bytes {
                 let (first, second) = (first.display(), path.display());
                 let line = format!("{first} and {second}: the same model, and not the same bytes");
                 self.contradictions.push(line);
             }
             return Ok(());
         }
-        of_joint.insert(kind, (path.to_path_buf(), bytes.to_vec()));
+        of_joint.insert(kind, (path.to_path_buf(), bytes));
         Ok(())
     }
 
@@ -94,11 +94,6 @@ impl OldModels {
         let lines = lines.collect();
         self.found.retain(|_, of_joint| is_whole(of_joint));
         lines
-    }
-
-    /// Files that should be the same and are not.
-    pub fn contradictions(&self) -> Vec<String> {
-        self.contradictions.clone()
     }
 
     /// One joint, from 0, of each training set: that of the smallest files, whose factors are smallest.
@@ -132,12 +127,8 @@ impl OldModels {
             let at = old.iter().zip(new).position(|(a, b)| a != b);
             let at = at.unwrap_or(old.len().min(new.len()));
             let byte = |bytes: &[u8]| bytes.get(at).map_or("absent".to_string(), u8::to_string);
-            lines.push(format!(
-                "{}: byte {at} was {}, is {}",
-                path.display(),
-                byte(old),
-                byte(new)
-            ));
+            let (path, was, is) = (path.display(), byte(old), byte(new));
+            lines.push(format!("{path}: byte {at} was {was}, is {is}"));
         }
         lines
     }
@@ -147,11 +138,9 @@ impl OldModels {
         let mut n = 0;
         for ((set, joint_idx), of_joint) in &self.found {
             for (kind, (_, contents)) in of_joint {
-                let path = place(output, &self.sets[*set], *joint_idx, kind);
-                let directory = output.join("models");
-                std::fs::create_dir_all(&directory).map_err(BenchError::io(&directory))?;
-                if !path.exists() {
-                    write_atomically(&path, contents)?;
+                let file = file_name(&self.sets[*set], *joint_idx, kind);
+                if !directory(output).join(&file).exists() {
+                    keep(output, &file, contents)?;
                 }
                 n += 1;
             }
@@ -161,17 +150,12 @@ impl OldModels {
 
     /// Copies what today's program has already.
     pub fn copy_finished(&self, output: &Path, to: &Path) -> Result<(), BenchError> {
-        for (set, joint_idx) in self
-            .sets
-            .iter()
-            .flat_map(|set| (0..N_JOINTS).map(move |i| (set, i)))
-        {
-            for kind in KINDS {
-                let path = place(output, set, joint_idx, kind);
-                if let Ok(contents) = std::fs::read(path) {
-                    let directory = to.join("models");
-                    std::fs::create_dir_all(&directory).map_err(BenchError::io(&directory))?;
-                    write_atomically(&place(to, set, joint_idx, kind), &contents)?;
+        for set in &self.sets {
+            for joint_idx in 0..N_JOINTS {
+                for file in KINDS.map(|kind| file_name(set, joint_idx, kind)) {
+                    if let Ok(contents) = std::fs::read(directory(output).join(&file)) {
+                        keep(to, &file, &contents)?;
+                    }
                 }
             }
         }
@@ -179,15 +163,12 @@ impl OldModels {
     }
 }
 
-/// Today's file of a model.
-fn place(output: &Path, set: &TrainingSet, joint_idx: usize, kind: &str) -> PathBuf {
-    output.join("models").join(file_name(set, joint_idx, kind))
+fn directory(output: &Path) -> PathBuf {
+    output.join("models")
 }
 
-impl Section5Experiment {
-    /// The profiles that it has settings of.
-    pub(super) fn profiles(&self) -> impl Iterator<Item = Profile> {
-        let all = [Profile::Smoke, Profile::Full].into_iter();
-        all.filter(|profile| self.settings::<toml::Table>(*profile).is_ok())
-    }
+fn keep(output: &Path, file: &str, contents: &[u8]) -> Result<(), BenchError> {
+    let directory = directory(output);
+    std::fs::create_dir_all(&directory).map_err(BenchError::io(&directory))?;
+    write_atomically(&directory.join(file), contents)
 }

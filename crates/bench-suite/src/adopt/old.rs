@@ -1,91 +1,126 @@
-//! Stored results of one kind of work: read, witnesses chosen among them, written under today's keys.
+//! Stored results of an earlier revision: read, witnesses chosen among them, written under today's keys.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+
+use toml::Value;
 
 use super::differences::{differences, seconds};
 use super::kept::Kept;
+use crate::cell::Cell;
 use crate::error::BenchError;
-use crate::run::RunOutcome;
-use crate::store::{Finished, Store, Work, parse};
+use crate::multi::shared::SharedUnit;
+use crate::multi::unit::Unit;
+use crate::section5::part::Part;
+use crate::section5::transfer::Curve;
+use crate::store::{Finished, parse, to_text, write_atomically};
 
-/// One result of an earlier revision.
-pub(super) struct Old<W: Work> {
+/// One result, as today's program would keep it.
+pub(super) struct Old {
+    /// Where it was.
     path: PathBuf,
-    /// As today's program would name it.
-    pub record: W::Record,
+    /// What was done, in words.
+    work: String,
+    /// Today's key.
+    pub key: String,
+    /// What results of the same kind, model and size have in common.
+    group: String,
+    /// Today's file, below an output directory.
+    file: PathBuf,
+    /// Its text.
+    text: String,
+    /// The numbers in it.
+    record: Value,
     is_witness: bool,
 }
 
-/// All results of a kind.
-pub(super) struct Olds<W: Work> {
-    pub found: Vec<Old<W>>,
+impl Old {
+    /// Takes in the text of a file; `None` if it is no result of this kind of work.
+    ///
+    /// # Errors
+    /// The reason why the result is not one of today's work.
+    fn read<W: Kept>(path: &Path, text: &str) -> Option<Result<Self, String>> {
+        let (key, record) = parse::<W::Record>(text)?;
+        Some(Self::of::<W>(path, &key, record))
+    }
+
+    fn of<W: Kept>(path: &Path, key: &str, record: W::Record) -> Result<Self, String> {
+        let record = W::renewed(record).map_err(|error| error.to_string())?;
+        let work = record.work();
+        if without_fingerprints(key) != without_fingerprints(&work.key()) {
+            return Err("its key differs from today's in more than the fingerprints".to_string());
+        }
+        let directory = work.directory(Path::new(""));
+        let directory = directory.map_err(|error| error.to_string())?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            work: work.to_string(),
+            key: work.key(),
+            group: work.group(),
+            file: directory.join(work.file_name()),
+            text: to_text(&record).map_err(|error| error.to_string())?,
+            record: Value::try_from(&record).map_err(|error| error.to_string())?,
+            is_witness: false,
+        })
+    }
+
+    /// The result of the same work that today's program keeps in an output directory.
+    fn kept_in(&self, output: &Path) -> Option<Value> {
+        let text = std::fs::read_to_string(output.join(&self.file)).ok()?;
+        let (key, record) = parse::<Value>(&text)?;
+        (key == self.key).then_some(record)
+    }
+
+    /// Whether it is an experiment of section 5 that it belongs to.
+    pub fn is_of_section5(&self) -> bool {
+        self.file.starts_with("section5")
+    }
+}
+
+/// All results, of every kind of work.
+#[derive(Default)]
+pub(super) struct Olds {
+    found: Vec<Old>,
     /// Results that today's program has already.
     pub n_there: usize,
 }
 
-impl<W: Work> Default for Olds<W> {
-    fn default() -> Self {
-        Self {
-            found: Vec::new(),
-            n_there: 0,
-        }
-    }
-}
-
-impl<W: Kept> Olds<W> {
-    /// Takes in the text of a file; `None` if it is no result of this kind.
+impl Olds {
+    /// Takes in the text of a file; of section 5 only work of the `known` keys.
     ///
     /// # Errors
-    /// The reason why the result is not one of today's work.
+    /// The reason why it is not a result of today's work.
     pub fn read(
         &mut self,
         path: &Path,
         text: &str,
         output: &Path,
-        is_known: impl Fn(&str) -> bool,
-    ) -> Option<Result<(), String>> {
-        let (key, record) = parse::<W::Record>(text)?;
-        Some(self.take(path, &key, record, output, is_known))
-    }
-
-    fn take(
-        &mut self,
-        path: &Path,
-        key: &str,
-        record: W::Record,
-        output: &Path,
-        is_known: impl Fn(&str) -> bool,
+        known: &BTreeSet<String>,
     ) -> Result<(), String> {
-        let record = W::renewed(record).map_err(|error| error.to_string())?;
-        let today = record.work().key();
-        if without_fingerprints(key) != without_fingerprints(&today) {
-            return Err("its key differs from today's in more than the fingerprints".to_string());
-        }
-        if !is_known(&today) {
+        let old = (Old::read::<Cell>(path, text))
+            .or_else(|| Old::read::<Unit>(path, text))
+            .or_else(|| Old::read::<SharedUnit>(path, text))
+            .or_else(|| Old::read::<Curve>(path, text))
+            .or_else(|| Old::read::<Part>(path, text));
+        let old = old.ok_or("not a whole result of a known kind")??;
+        if old.is_of_section5() && !known.contains(&old.key) {
             return Err("no experiment of today has such a part".to_string());
         }
-        let directory = (record.work().directory(output)).map_err(|error| error.to_string())?;
-        if Store::at(directory).load(record.work()).is_some() {
+        if old.kept_in(output).is_some() {
             self.n_there += 1;
         } else {
-            self.found.push(Old {
-                path: path.to_path_buf(),
-                record,
-                is_witness: false,
-            });
+            self.found.push(old);
         }
         Ok(())
     }
 
     /// Leaves one result of each piece of work, and says where two are not the same.
     pub fn contradictions(&mut self) -> Vec<String> {
-        let mut by_key: BTreeMap<String, Old<W>> = BTreeMap::new();
+        let mut by_key: BTreeMap<String, Old> = BTreeMap::new();
         let mut lines = Vec::new();
         for old in self.found.drain(..) {
-            let key = old.record.work().key();
-            let Some(first) = by_key.get(&key) else {
-                by_key.insert(key, old);
+            let Some(first) = by_key.get(&old.key) else {
+                by_key.insert(old.key.clone(), old);
                 continue;
             };
             let files = format!("{} and {}", first.path.display(), old.path.display());
@@ -98,74 +133,63 @@ impl<W: Kept> Olds<W> {
 
     /// Chooses the cheapest results of each group.
     pub fn choose_witnesses(&mut self, n: usize) {
-        let mut groups: BTreeMap<String, Vec<usize>> = BTreeMap::new();
-        for (idx, old) in self.found.iter().enumerate() {
-            let group = old.record.work().group();
-            groups.entry(group).or_default().push(idx);
+        let mut groups: BTreeMap<String, Vec<&mut Old>> = BTreeMap::new();
+        for old in &mut self.found {
+            groups.entry(old.group.clone()).or_default().push(old);
         }
         for mut group in groups.into_values() {
-            group.sort_by(|&a, &b| {
-                let [a, b] = [a, b].map(|idx| &self.found[idx].record);
-                let by_cost = || a.work().cost().cmp(&b.work().cost());
-                seconds(a).total_cmp(&seconds(b)).then_with(by_cost)
-            });
-            for idx in group.into_iter().take(n) {
-                self.found[idx].is_witness = true;
+            group.sort_by(|a, b| seconds(&a.record).total_cmp(&seconds(&b.record)));
+            for old in group.into_iter().take(n) {
+                old.is_witness = true;
             }
         }
     }
 
     /// The results that are computed again.
-    pub fn witnesses(&self) -> Vec<&W::Record> {
-        let chosen = self.found.iter().filter(|old| old.is_witness);
-        chosen.map(|old| &old.record).collect()
+    pub fn witnesses(&self) -> impl Iterator<Item = &Old> {
+        self.found.iter().filter(|old| old.is_witness)
     }
 
-    /// The work of the witnesses.
-    pub fn witnessed<B: FromIterator<W>>(&self) -> B {
-        let records = self.witnesses().into_iter();
-        records.map(|record| record.work().clone()).collect()
+    /// The work of one kind that is computed again.
+    pub fn witnessed<W: Kept>(&self) -> BTreeSet<W> {
+        let olds = self.witnesses();
+        let records = olds.filter_map(|old| parse::<W::Record>(&old.text));
+        records.map(|(_, record)| record.work().clone()).collect()
     }
 
-    /// What is not the same in the witnesses computed again.
-    pub fn compared(&self, outcome: &RunOutcome<W>) -> Vec<String> {
-        let mut lines = outcome.reasons();
-        for new in &outcome.records {
-            lines.extend(self.differences(new));
-        }
-        lines
+    /// The result of a piece of work.
+    pub fn of<W: Kept>(&self, work: &W) -> Option<W::Record> {
+        let key = work.key();
+        let old = self.found.iter().find(|old| old.key == key)?;
+        parse(&old.text).map(|(_, record)| record)
     }
 
-    /// The same of witnesses that were computed into a store of their own.
-    pub fn compared_in(&self, output: &Path) -> Result<Vec<String>, BenchError> {
-        let mut lines = Vec::new();
-        for old in self.witnesses() {
-            let work = old.work();
-            match Store::at(work.directory(output)?).load(work) {
-                Some(new) => lines.extend(self.differences(&new)),
-                None => lines.push(format!("{work}: cannot be computed")),
-            }
-        }
-        Ok(lines)
-    }
-
-    fn differences(&self, new: &W::Record) -> Vec<String> {
-        let work = new.work();
-        let olds = self.witnesses().into_iter();
-        let of_work = olds.filter(|old| old.work() == work);
-        of_work
-            .flat_map(|old| differences(old, new))
-            .map(|line| format!("{work}: {line}"))
-            .collect()
+    /// What is not the same in the witnesses, of section 5 or others, that were computed into another output directory.
+    ///
+    /// Of section 5 it names what could not be computed; of the others the run has said why.
+    pub fn compared(&self, of_section5: bool, output: &Path) -> Vec<String> {
+        let olds = self.witnesses();
+        let olds = olds.filter(|old| old.is_of_section5() == of_section5);
+        let lines = olds.flat_map(|old| {
+            let lines = match old.kept_in(output) {
+                Some(new) => differences(&old.record, &new),
+                None if of_section5 => vec!["cannot be computed".to_string()],
+                None => Vec::new(),
+            };
+            let work = &old.work;
+            lines.into_iter().map(move |line| format!("{work}: {line}"))
+        });
+        lines.collect()
     }
 
     /// Writes all results under today's keys; how many.
     pub fn write(&self, output: &Path) -> Result<usize, BenchError> {
         for old in &self.found {
-            let work = old.record.work();
-            let store = Store::open(work.directory(output)?)?;
-            if store.load(work).is_none() {
-                store.save(&old.record)?;
+            let path = output.join(&old.file);
+            let directory = path.parent().unwrap_or(output);
+            std::fs::create_dir_all(directory).map_err(BenchError::io(directory))?;
+            if old.kept_in(output).is_none() {
+                write_atomically(&path, old.text.as_bytes())?;
             }
         }
         Ok(self.found.len())

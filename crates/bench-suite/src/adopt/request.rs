@@ -4,12 +4,7 @@ use std::path::PathBuf;
 
 use super::models::OldModels;
 use super::old::Olds;
-use crate::cell::Cell;
-use crate::multi::shared::SharedUnit;
-use crate::multi::unit::Unit;
-use crate::section5::part::Part;
-use crate::section5::spec::Section5Experiment;
-use crate::section5::transfer::Curve;
+use crate::section_experiment::SectionExperiment;
 
 /// What to adopt, and where to.
 #[derive(Debug, Clone)]
@@ -23,16 +18,12 @@ pub struct Request {
     /// Threads, 0 for one a core.
     pub n_threads: usize,
     /// Experiments of section 5 that results may be of.
-    pub experiments: Vec<Section5Experiment>,
+    pub experiments: Vec<SectionExperiment>,
 }
 
-/// Everything that was found, by kind of work.
+/// Everything that was found.
 pub struct Found {
-    pub cells: Olds<Cell>,
-    pub units: Olds<Unit>,
-    pub shared: Olds<SharedUnit>,
-    pub curves: Olds<Curve>,
-    pub parts: Olds<Part>,
+    pub results: Olds,
     pub models: OldModels,
     pub unread: Vec<String>,
 }

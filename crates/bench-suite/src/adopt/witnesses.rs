@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use tempfile::TempDir;
 
+use super::old::Olds;
 use super::request::{Found, Request};
 use crate::dataset::DataSet;
 use crate::error::BenchError;
@@ -16,7 +17,7 @@ use crate::section5;
 use crate::section5::campaign::Campaign;
 use crate::section5::trained;
 use crate::split::UNIQUE;
-use crate::store::{self, Store, Work};
+use crate::store::{self, Store};
 
 /// A directory beside the results, for what is computed again.
 pub(super) struct Scratch<'a> {
@@ -71,16 +72,17 @@ impl<'a> Scratch<'a> {
         let output = self.output();
         let cells = Store::open(store::of_cells(&output))?;
         let units = Store::open(store::of_units(&output))?;
-        let again = Reuse::Scratch;
+        let (results, again) = (&found.results, Reuse::Scratch);
 
-        let outcome = run(&found.cells.witnessed(), &cells, again, n_threads)?;
-        let mut lines = found.cells.compared(&outcome);
-        let outcome = multi::run::run(&found.units.witnessed(), &units, again, n_threads)?;
-        lines.extend(found.units.compared(&outcome));
-        let shared: BTreeSet<SharedUnit> = found.shared.witnessed();
-        let own = self.own_fits(found, &shared);
+        let outcome = run(&results.witnessed(), &cells, again, n_threads)?;
+        let mut lines = outcome.reasons();
+        let outcome = multi::run::run(&results.witnessed(), &units, again, n_threads)?;
+        lines.extend(outcome.reasons());
+        let shared: BTreeSet<SharedUnit> = results.witnessed();
+        let own = self.own_fits(results, &shared);
         let outcome = multi::run::run_shared(&shared, &own, &units, again, n_threads)?;
-        lines.extend(found.shared.compared(&outcome));
+        lines.extend(outcome.reasons());
+        lines.extend(results.compared(false, &output));
         let of_models = self.of_models(found)?;
         let are_same = of_models.is_empty();
         lines.extend(of_models);
@@ -91,15 +93,10 @@ impl<'a> Scratch<'a> {
     }
 
     /// The joints' own fits that one K^ρ for all sets out from: old ones, or today's.
-    fn own_fits(&self, found: &Found, shared: &BTreeSet<SharedUnit>) -> Vec<UnitRecord> {
+    fn own_fits(&self, results: &Olds, shared: &BTreeSet<SharedUnit>) -> Vec<UnitRecord> {
         let today = Store::at(store::of_units(&self.request.output));
         let joints = shared.iter().flat_map(|unit| &unit.joints);
-        let own = joints.filter_map(|unit| {
-            let olds = &found.units.found;
-            let old = olds.iter().find(|old| old.record.unit == *unit);
-            old.map(|old| old.record.clone())
-                .or_else(|| today.load(unit))
-        });
+        let own = joints.filter_map(|unit| results.of(unit).or_else(|| today.load(unit)));
         own.collect()
     }
 
@@ -120,11 +117,9 @@ impl<'a> Scratch<'a> {
     }
 
     fn of_section5(&self, found: &Found) -> Result<Vec<String>, BenchError> {
-        let parts = found.parts.witnesses().into_iter();
-        let curves = found.curves.witnesses().into_iter();
-        let keys: BTreeSet<String> = (parts.map(|record| record.part.key()))
-            .chain(curves.map(|record| record.curve.key()))
-            .collect();
+        let results = &found.results;
+        let of_section5 = results.witnesses().filter(|old| old.is_of_section5());
+        let keys: BTreeSet<String> = of_section5.map(|old| old.key.clone()).collect();
         if keys.is_empty() {
             return Ok(Vec::new());
         }
@@ -139,8 +134,6 @@ impl<'a> Scratch<'a> {
                 section5::make(experiment, &campaign)?;
             }
         }
-        let mut lines = found.parts.compared_in(&output)?;
-        lines.extend(found.curves.compared_in(&output)?);
-        Ok(lines)
+        Ok(results.compared(true, &output))
     }
 }

@@ -10,17 +10,16 @@ pub mod fig03;
 pub mod fig04;
 pub mod fig05;
 pub mod fig06;
-pub mod page;
 pub mod principal;
 pub mod samples;
 pub mod section;
-pub mod spec;
 pub mod table1;
 pub mod table2;
 
 use self::samples::Samples;
 use self::section::Section;
 use crate::error::BenchError;
+use crate::section_experiment::{Kind, SectionExperiment};
 
 /// Makes the figure or table of a name.
 ///
@@ -38,7 +37,7 @@ pub fn make(name: &str, samples: &Samples) -> Result<Section, BenchError> {
         other => Err(BenchError::UnknownName {
             what: "figure about the data",
             name: other.to_string(),
-            known: spec::DataExperiment::names()?.join(", "),
+            known: SectionExperiment::names(Kind::Data)?.join(", "),
         }),
     }
 }
@@ -50,7 +49,7 @@ mod tests {
     #[test]
     fn every_experiment_is_made_the_same_twice_and_its_pictures_name_their_axes() {
         let samples = Samples::reference().unwrap();
-        for name in spec::DataExperiment::names().unwrap() {
+        for name in SectionExperiment::names(Kind::Data).unwrap() {
             let (first, second) = (
                 make(&name, &samples).unwrap(),
                 make(&name, &samples).unwrap(),

@@ -21,7 +21,18 @@ pub struct Section {
     pub findings: Vec<Finding>,
 }
 
+/// A section, if all the work behind it is there.
+pub type Made = Result<Option<Section>, BenchError>;
+
 impl Section {
+    /// A section that shows a table.
+    pub fn of_table(table: TextTable) -> Self {
+        Self {
+            table: Some(table),
+            ..Self::default()
+        }
+    }
+
     /// Adds a file.
     pub fn file(&mut self, name: &str, contents: impl Into<Vec<u8>>) {
         self.files.push((name.to_string(), contents.into()));

@@ -26,10 +26,7 @@ type Row = (String, String, f64);
 pub fn make(samples: &Samples) -> Result<Section, BenchError> {
     let published = published()?;
     let ours = measured(samples);
-    let mut section = Section {
-        table: Some(table(&ours)),
-        ..Section::default()
-    };
+    let mut section = Section::of_table(table(&ours));
     let rows = ours.iter().map(|(quantity, name, value)| {
         let of_row = published.iter().find(|p| (&p.0, &p.1) == (quantity, name));
         let printed = of_row.map_or(f64::NAN, |p| p.2);
@@ -95,11 +92,7 @@ fn table(rows: &[Row]) -> TextTable {
             .collect();
         vec![title.to_string(), values.join(", ")]
     };
-    TextTable {
-        header: ["quantity", "values"].map(String::from).to_vec(),
-        rows: titles.map(line).to_vec(),
-        n_left: 2,
-    }
+    TextTable::new(2, ["quantity", "values"], titles.map(line))
 }
 
 /// At most two decimals, no trailing zero, a true minus sign.

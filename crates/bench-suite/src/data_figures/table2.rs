@@ -18,10 +18,7 @@ const PUBLISHED: &str = include_str!("../../../../fixtures/bench-suite/table2_pu
 /// Table 2.
 pub fn make() -> Result<Section, BenchError> {
     let published = published()?;
-    let mut section = Section {
-        table: Some(table(&published)),
-        ..Section::default()
-    };
+    let mut section = Section::of_table(table(&published));
     let rows = (1..=UNIQUE.len()).flat_map(|load| {
         [
             ("Tr".to_string(), REFERENCE),
@@ -78,11 +75,7 @@ fn table(published: &[(String, TrajectoryId)]) -> TextTable {
             .chain(loads.clone().map(mark))
             .collect()
     };
-    TextTable {
-        header: header.collect(),
-        rows: published.iter().map(row).collect(),
-        n_left: 1,
-    }
+    TextTable::new(1, header, published.iter().map(row))
 }
 
 fn published() -> Result<Vec<(String, TrajectoryId)>, BenchError> {

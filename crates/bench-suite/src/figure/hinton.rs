@@ -66,13 +66,8 @@ impl Picture {
 
     /// Mark of a missing value.
     pub fn absent(&mut self, x: f64, y: f64) {
-        self.text(
-            x + PITCH / 2.0,
-            y + PITCH / 2.0 + 4.0,
-            "–",
-            Font::Remark,
-            Align::Centre,
-        );
+        let (x, y) = (x + PITCH / 2.0, y + PITCH / 2.0 + 4.0);
+        self.text(x, y, "–", Font::Remark, Align::Centre);
     }
 }
 

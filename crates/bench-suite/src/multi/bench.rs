@@ -54,31 +54,43 @@ impl<'a> Bench<'a> {
         &self.splits[unit.split_seed.as_str()][&load]
     }
 
-    /// nMSE of every context from its predictions at all rows.
-    ///
-    /// # Shapes
-    /// `predictions` (64,000, m).
+    /// nMSE of every context of a unit, as [`context_scores`].
     pub(super) fn scores(
         &self,
         unit: &Unit,
         predictions: &Mat<f64>,
     ) -> Result<Vec<ContextScore>, BenchError> {
-        let of_context = |task: usize| {
-            let context = task + 1;
-            let split = self.split(unit, context);
-            let means = predictions.col_as_slice(task);
-            let on = |rows: &[usize]| {
-                let picked: Vec<f64> = rows.iter().map(|&row| means[row]).collect();
-                nmse(&picked, &self.data.torques(context, unit.joint, rows))
-            };
-            Ok(ContextScore {
-                context,
-                interp: on(&split.interp)?,
-                extrap: on(&split.extrap)?,
-            })
-        };
-        (0..unit.n_contexts).map(of_context).collect()
+        let splits = (1..=unit.n_contexts).map(|context| self.split(unit, context));
+        context_scores(self.data, unit.joint, splits, predictions)
     }
+}
+
+/// nMSE of every context of a joint, from 1, from its predictions at all rows.
+///
+/// # Shapes
+/// `splits` m of them; `predictions` (64,000, m).
+/// # Errors
+/// Those of [`nmse`].
+pub fn context_scores<'a>(
+    data: &DataSet,
+    joint: usize,
+    splits: impl IntoIterator<Item = &'a Split>,
+    predictions: &Mat<f64>,
+) -> Result<Vec<ContextScore>, BenchError> {
+    let of_context = |(task, split): (usize, &Split)| {
+        let context = task + 1;
+        let means = predictions.col_as_slice(task);
+        let on = |rows: &[usize]| {
+            let picked: Vec<f64> = rows.iter().map(|&row| means[row]).collect();
+            nmse(&picked, &data.torques(context, joint, rows))
+        };
+        Ok(ContextScore {
+            context,
+            interp: on(&split.interp)?,
+            extrap: on(&split.extrap)?,
+        })
+    };
+    splits.into_iter().enumerate().map(of_context).collect()
 }
 
 /// Training samples of a unit, those of each context together.

@@ -3,15 +3,16 @@
 use std::time::Instant;
 
 use faer::Mat;
+use kernels::Covariance;
 use mtgp::{MultiTaskOptions, StageOne, TaskFit, fit_ranks};
 
 use super::bench::{Bench, Training};
 use super::model::MultiModel;
 use super::rigid_body;
-use super::summary::summary_of;
 use super::unit::{ModelRecord, Unit, UnitRecord};
 use crate::cell::ModelKind;
 use crate::error::BenchError;
+use crate::fit_summary::FitSummary;
 use crate::models::Fitted;
 use crate::split::N_ROWS;
 
@@ -91,6 +92,9 @@ fn scored(
         let row = |i: usize| lambda.row(i).iter().copied().collect();
         (0..lambda.nrows()).map(row).collect()
     });
+    // Those of c^x: Λ has a place of its own.
+    let hyperparameters = fit.covariance().input().params();
+    let summary = FitSummary::of(&fit.report, fit.noise_std(), hyperparameters);
     Ok(ModelRecord {
         model,
         log_marginal_likelihood: fit.log_marginal(),
@@ -98,7 +102,7 @@ fn scored(
         seconds_predict,
         task_factor,
         scores: bench.scores(unit, &predictions)?,
-        fits: vec![summary_of(fit)],
+        fits: vec![summary],
     })
 }
 

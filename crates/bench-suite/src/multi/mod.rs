@@ -9,5 +9,4 @@ mod rigid_body;
 pub mod run;
 pub mod shared;
 pub mod spec;
-pub mod summary;
 pub mod unit;

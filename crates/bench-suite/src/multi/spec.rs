@@ -11,7 +11,7 @@ use crate::cell::TestSet;
 use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
 use crate::experiment_file::{self, check, experiment_files};
-use crate::spec::{MAX_SIZE, Profile, Prose, of_profile};
+use crate::spec::{MAX_SIZE, Profile, Prose, Selection, of_profile};
 use crate::split::UNIQUE;
 
 /// Sources of the experiments.
@@ -80,19 +80,6 @@ pub struct MultiExperiment {
     pub text: Prose,
 }
 
-/// Joints, sizes, ranks and repeats instead of the profile's.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct MultiSelection {
-    /// Joints instead of the profile's.
-    pub joints: Option<Vec<usize>>,
-    /// Sizes instead of the profile's.
-    pub totals: Option<Vec<usize>>,
-    /// Ranks instead of the profile's.
-    pub ranks: Option<Vec<usize>>,
-    /// Draws of the subsets beyond the first.
-    pub n_more_repeats: usize,
-}
-
 impl MultiExperiment {
     /// Every experiment there is, in the order of the chapter.
     ///
@@ -133,11 +120,7 @@ impl MultiExperiment {
     ///
     /// # Errors
     /// `Experiment` if the profile is missing, or a size cannot be shared out among the contexts.
-    pub fn scope(
-        &self,
-        profile: Profile,
-        selection: &MultiSelection,
-    ) -> Result<MultiScope, BenchError> {
+    pub fn scope(&self, profile: Profile, selection: &Selection) -> Result<MultiScope, BenchError> {
         let mut scope = of_profile(&self.name, &self.profile, profile)?.clone();
         let replace = |own: &mut Vec<usize>, other: &Option<Vec<usize>>| {
             if let Some(other) = other {
@@ -263,7 +246,7 @@ mod tests {
         let units: BTreeSet<Unit> = all
             .iter()
             .flat_map(|e| {
-                let scope = e.scope(Profile::Full, &MultiSelection::default());
+                let scope = e.scope(Profile::Full, &Selection::default());
                 e.units(&scope.unwrap(), 1)
             })
             .collect();
@@ -286,9 +269,9 @@ mod tests {
             (14, "n = 14 is not"),
             (56_014, "n = 56014"),
         ] {
-            let selection = MultiSelection {
+            let selection = Selection {
                 totals: Some(vec![n]),
-                ..MultiSelection::default()
+                ..Selection::default()
             };
             let error = fig10.scope(Profile::Smoke, &selection).unwrap_err();
             assert!(error.to_string().contains(message), "{error}");
@@ -298,25 +281,25 @@ mod tests {
     #[test]
     fn a_selection_of_sizes_or_ranks_leaves_out_what_stands_apart() {
         let fig10 = &MultiExperiment::all().unwrap()[0];
-        let beyond = |selection: &MultiSelection| {
+        let beyond = |selection: &Selection| {
             let scope = fig10.scope(Profile::Full, selection).unwrap();
             let units = fig10.units(&scope, 1);
             units.iter().filter(|unit| unit.n_total == 56_000).count()
         };
-        let joints = |joints: &[usize]| MultiSelection {
+        let joints = |joints: &[usize]| Selection {
             joints: Some(joints.to_vec()),
-            ..MultiSelection::default()
+            ..Selection::default()
         };
         assert_eq!(beyond(&joints(&[1, 3])), 1);
         assert_eq!(beyond(&joints(&[1, 2])), 0);
-        let totals = MultiSelection {
+        let totals = Selection {
             totals: Some(vec![280]),
-            ..MultiSelection::default()
+            ..Selection::default()
         };
         assert_eq!(beyond(&totals), 0);
-        let ranks = MultiSelection {
+        let ranks = Selection {
             ranks: Some(vec![2]),
-            ..MultiSelection::default()
+            ..Selection::default()
         };
         assert_eq!(beyond(&ranks), 0);
     }

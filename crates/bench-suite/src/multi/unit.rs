@@ -155,6 +155,7 @@ impl Finished for UnitRecord {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::fit_summary::tests::summary;
     use crate::store::Store;
 
     /// Unit of joint `joint` at `n_total` samples of 14 contexts, of which [`model_record`] scores two.
@@ -191,17 +192,12 @@ pub(crate) mod tests {
             seconds_predict: 0.25,
             task_factor: Vec::new(),
             scores: vec![score(1, interp), score(2, 3.0 * interp)],
-            fits: vec![summary(log_marginal_likelihood)],
+            fits: vec![FitSummary {
+                log_marginal_likelihood,
+                start: "iGP".into(),
+                ..summary()
+            }],
         }
-    }
-
-    fn summary(log_marginal_likelihood: f64) -> FitSummary {
-        let text = format!(
-            "log_marginal_likelihood = {log_marginal_likelihood:.1}\nstart = \"iGP\"\nstop = \"gradient-small\"\n\
-             iterations = 7\nevaluations = 11\nrecoveries = 0\nnoise_std = 0.01\nhyperparameters = [1.0, 0.5]\n\
-             bounds_hit = []\nmethod = \"dense\"\nrank = 40\nerror_bound = 1e-9\nstarts = []\n"
-        );
-        toml::from_str(&text).unwrap()
     }
 
     /// Record of a unit: (log likelihood, interp) of each of its models.

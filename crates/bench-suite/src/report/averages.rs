@@ -2,22 +2,35 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 use crate::cell::{CellRecord, ModelKind, TestSet};
 use crate::error::BenchError;
 
 /// What is averaged over the loads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct AverageKey {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct AverageKey<M = ModelKind> {
     /// Joint, from 1.
     pub joint: usize,
     /// Model.
-    pub model: ModelKind,
+    pub model: M,
     /// Test set.
     pub set: TestSet,
     /// Training samples.
     pub n: usize,
+}
+
+impl<M> AverageKey<M> {
+    /// Joint and size from 1.
+    pub fn new(joint: usize, model: M, set: TestSet, n: usize) -> Self {
+        Self {
+            joint,
+            model,
+            set,
+            n,
+        }
+    }
 }
 
 /// Average over the loads that have a result.
@@ -58,12 +71,7 @@ impl Averages {
         let mut averages: BTreeMap<AverageKey, Average> = BTreeMap::new();
         for record in records {
             for set in TestSet::ALL {
-                let key = AverageKey {
-                    joint: record.cell.joint,
-                    model: record.cell.model,
-                    set,
-                    n: record.cell.n,
-                };
+                let key = AverageKey::new(record.cell.joint, record.cell.model, set, record.cell.n);
                 let average = averages.entry(key).or_default();
                 average.per_load.push((record.cell.load, record.nmse(set)));
             }
@@ -91,6 +99,12 @@ impl Averages {
         self.0.get(key).map(Average::mean)
     }
 
+    /// The means in the format of [`read_table`].
+    pub fn to_csv(&self) -> String {
+        let means = self.0.iter().map(|(key, average)| (key, average.mean()));
+        write_table(means, |model| model.name())
+    }
+
     /// Joints that occur, ascending.
     pub fn joints(&self) -> Vec<usize> {
         self.distinct(|key| key.joint)
@@ -115,7 +129,7 @@ impl Averages {
 }
 
 /// A table of averages read from a file.
-pub type Table = BTreeMap<AverageKey, f64>;
+pub type Table<M = ModelKind> = BTreeMap<AverageKey<M>, f64>;
 
 /// The published table 3.
 ///
@@ -132,68 +146,46 @@ pub fn published() -> Result<Table, BenchError> {
 ///
 /// # Errors
 /// `Malformed`, with the path given, if a row does not fit, a key comes twice, or a value is not positive.
-pub fn read_table(path: &str, text: &str) -> Result<Table, BenchError> {
+pub fn read_table<M: DeserializeOwned + Ord>(
+    path: &str,
+    text: &str,
+) -> Result<Table<M>, BenchError> {
     #[derive(Deserialize)]
-    struct Row {
+    struct Row<M> {
         joint: usize,
-        model: ModelKind,
+        model: M,
         set: TestSet,
         n: usize,
         nmse: f64,
     }
     let mut table = Table::new();
-    for (i, row) in csv::Reader::from_reader(text.as_bytes())
-        .deserialize()
-        .enumerate()
-    {
+    let rows = csv::Reader::from_reader(text.as_bytes()).into_deserialize::<Row<M>>();
+    for (i, row) in rows.enumerate() {
         let line = i + 2; // line 1 is the header
         let refuse = |what: &dyn std::fmt::Display| {
             BenchError::malformed(path, format!("line {line}: {what}"))
         };
-        let Row {
-            joint,
-            model,
-            set,
-            n,
-            nmse,
-        } = row.map_err(|e| refuse(&e))?;
-        if nmse.is_nan() || nmse <= 0.0 {
-            return Err(refuse(&format!("nMSE {nmse} is not positive")));
+        let row = row.map_err(|e| refuse(&e))?;
+        if row.nmse.is_nan() || row.nmse <= 0.0 {
+            return Err(refuse(&format!("nMSE {} is not positive", row.nmse)));
         }
-        if table
-            .insert(
-                AverageKey {
-                    joint,
-                    model,
-                    set,
-                    n,
-                },
-                nmse,
-            )
-            .is_some()
-        {
+        let key = AverageKey::new(row.joint, row.model, row.set, row.n);
+        if table.insert(key, row.nmse).is_some() {
             return Err(refuse(&"this joint, model, set and n come twice"));
         }
     }
     Ok(table)
 }
 
-/// Writes means in the format of [`read_table`], shortest digits that read back to the same number.
-pub fn write_table(averages: &Averages) -> String {
+/// Writes averages in the format of [`read_table`], shortest digits that read back to the same number.
+pub fn write_table<'a, M: 'a>(
+    averages: impl Iterator<Item = (&'a AverageKey<M>, f64)>,
+    name: impl Fn(&M) -> &str,
+) -> String {
     let mut text = String::from("joint,model,set,n,nmse\n");
-    for (key, average) in &averages.0 {
-        let AverageKey {
-            joint,
-            model,
-            set,
-            n,
-        } = key;
-        let line = format!(
-            "{joint},{},{},{n},{:e}\n",
-            model.name(),
-            set.name(),
-            average.mean()
-        );
+    for (key, nmse) in averages {
+        let (joint, model, set, n) = (key.joint, name(&key.model), key.set.name(), key.n);
+        let line = format!("{joint},{model},{set},{n},{nmse:e}\n");
         text.push_str(&line);
     }
     text
@@ -236,12 +228,7 @@ pub(crate) mod tests {
             record(3, 1, ModelKind::LrCoulomb, 20, 7.0),
         ];
         let averages = Averages::of(&records);
-        let key = AverageKey {
-            joint: 1,
-            model: ModelKind::LrCoulomb,
-            set: TestSet::Extrap,
-            n: 20,
-        };
+        let key = AverageKey::new(1, ModelKind::LrCoulomb, TestSet::Extrap, 20);
         assert_eq!(averages.0[&key].per_load, [(1, 10.0), (2, 30.0)]);
         assert!((averages.mean(&key).unwrap() - 20.0).abs() <= f64::EPSILON * 20.0);
         assert_eq!(averages.0[&key].worst(), Some((2, 0.75)));
@@ -252,19 +239,14 @@ pub(crate) mod tests {
     fn the_published_table_has_all_48_numbers() {
         let table = published().unwrap();
         assert_eq!(table.len(), 48);
-        let key = AverageKey {
-            joint: 3,
-            model: ModelKind::GpCoulomb,
-            set: TestSet::Interp,
-            n: 4000,
-        };
+        let key = AverageKey::new(3, ModelKind::GpCoulomb, TestSet::Interp, 4000);
         assert!((table[&key] / 3e-9 - 1.0).abs() <= f64::EPSILON);
     }
 
     #[test]
     fn a_written_table_reads_back() {
         let averages = Averages::of(&[record(1, 1, ModelKind::GpSmooth, 30, 0.1 + 0.2)]);
-        let table = read_table("x.csv", &write_table(&averages)).unwrap();
+        let table: Table = read_table("x.csv", &averages.to_csv()).unwrap();
         for (key, average) in &averages.0 {
             assert_eq!(table[key].to_bits(), average.mean().to_bits());
         }
@@ -272,7 +254,8 @@ pub(crate) mod tests {
 
     #[test]
     fn a_bad_row_is_named() {
-        let error = read_table("x.csv", "joint,model,set,n,nmse\n1,GPc,interp,20,-1\n");
+        let error =
+            read_table::<ModelKind>("x.csv", "joint,model,set,n,nmse\n1,GPc,interp,20,-1\n");
         assert_eq!(
             error.unwrap_err().to_string(),
             "x.csv: line 2: nMSE -1 is not positive"

@@ -26,11 +26,7 @@ pub fn ranks_and_starts(
         }));
         row
     };
-    TextTable {
-        header,
-        rows: choices.0.iter().map(row).collect(),
-        n_left: 0,
-    }
+    TextTable::new(0, header, choices.0.iter().map(row))
 }
 
 /// The chapter's ranks and starts beside how many of them are met, at the sizes that it names.
@@ -87,11 +83,7 @@ pub fn bic_differences(choices: &Choices) -> TextTable {
         }));
         row
     };
-    TextTable {
-        header,
-        rows: choices.0.iter().map(row).collect(),
-        n_left: 0,
-    }
+    TextTable::new(0, header, choices.0.iter().map(row))
 }
 
 /// The chapter's value in parentheses.

@@ -117,6 +117,18 @@ pub struct CurveKey {
     pub series: Series,
 }
 
+impl CurveKey {
+    /// Joint from 1.
+    pub fn new(joint: usize, set: TestSet, statistic: Statistic, series: Series) -> Self {
+        Self {
+            joint,
+            set,
+            statistic,
+            series,
+        }
+    }
+}
+
 impl fmt::Display for CurveKey {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (joint, set) = (self.joint, self.set.name());
@@ -170,12 +182,7 @@ impl Curves {
             for (idx, unit) in record.unit.joints.iter().enumerate() {
                 for set in TestSet::ALL {
                     for statistic in Statistic::ALL {
-                        let key = CurveKey {
-                            joint: unit.joint,
-                            set,
-                            statistic,
-                            series: Series::SharedBic,
-                        };
+                        let key = CurveKey::new(unit.joint, set, statistic, Series::SharedBic);
                         let value = statistic.of(&fit.nmses(idx, set));
                         repeats.entry((key, unit.n_total)).or_default().push(value);
                     }
@@ -216,12 +223,7 @@ fn values(record: &UnitRecord, choices: &Choices) -> Vec<(CurveKey, f64)> {
         for set in TestSet::ALL {
             let nmses = model.nmses(set);
             values.extend(Statistic::ALL.map(|statistic| {
-                let key = CurveKey {
-                    joint: record.unit.joint,
-                    set,
-                    statistic,
-                    series,
-                };
+                let key = CurveKey::new(record.unit.joint, set, statistic, series);
                 (key, statistic.of(&nmses))
             }));
         }
@@ -265,12 +267,7 @@ pub(crate) mod tests {
     }
 
     fn key(series: Series, statistic: Statistic) -> CurveKey {
-        CurveKey {
-            joint: 1,
-            set: TestSet::Extrap,
-            statistic,
-            series,
-        }
+        CurveKey::new(1, TestSet::Extrap, statistic, series)
     }
 
     #[test]

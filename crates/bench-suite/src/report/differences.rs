@@ -42,11 +42,7 @@ pub fn table(averages: &Averages, published: &Table) -> TextTable {
             reasons(key, average, quotient, averages, published),
         ]
     };
-    TextTable {
-        header: header.map(String::from).to_vec(),
-        rows: differing.into_iter().map(row).collect(),
-        n_left: 8,
-    }
+    TextTable::new(8, header, differing.into_iter().map(row))
 }
 
 /// What bears on the reason, as sentences.

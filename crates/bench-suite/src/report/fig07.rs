@@ -54,12 +54,7 @@ pub fn draw(averages: &Averages, models: &[ModelKind], scope: &Scope) -> Picture
             picture.frame(x, y, models.len(), scope.sizes.len());
             for (row, &model) in models.iter().enumerate() {
                 for (column, &n) in scope.sizes.iter().enumerate() {
-                    let key = AverageKey {
-                        joint,
-                        model,
-                        set,
-                        n,
-                    };
+                    let key = AverageKey::new(joint, model, set, n);
                     let corner = (x + PITCH * column as f64, y + PITCH * row as f64);
                     element(&mut picture, corner, &key, averages.mean(&key));
                 }
@@ -74,22 +69,12 @@ fn headings(picture: &mut Picture, scope: &Scope, block: f64) {
     let title = "Average nMSE of LR¬c, LRc, GP¬c and GPc (the chapter's figure 7)";
     picture.text(24.0, 34.0, title, Font::Title, Align::Left);
     for (set, x) in TestSet::ALL.into_iter().zip([LEFT, LEFT + block + GAP]) {
-        picture.text(
-            x + block / 2.0,
-            TOP - 36.0,
-            set.name(),
-            Font::Heading,
-            Align::Centre,
-        );
+        let (middle, name) = (x + block / 2.0, set.name());
+        picture.text(middle, TOP - 36.0, name, Font::Heading, Align::Centre);
         for (column, n) in scope.sizes.iter().enumerate() {
             let x = x + PITCH * (column as f64 + 0.5);
-            picture.text(
-                x,
-                TOP - 10.0,
-                &n.to_string(),
-                size_font(&scope.sizes),
-                Align::Centre,
-            );
+            let (name, font) = (n.to_string(), size_font(&scope.sizes));
+            picture.text(x, TOP - 10.0, &name, font, Align::Centre);
         }
     }
     picture.text(LEFT - 12.0, TOP - 10.0, "n =", Font::Label, Align::Right);
@@ -106,13 +91,8 @@ fn size_font(sizes: &[usize]) -> Font {
 
 fn row_labels(picture: &mut Picture, joint: usize, models: &[ModelKind], y: f64) {
     let middle = y + PITCH * models.len() as f64 / 2.0 + 5.0;
-    picture.text(
-        24.0,
-        middle,
-        &format!("Joint {joint}"),
-        Font::Heading,
-        Align::Left,
-    );
+    let name = format!("Joint {joint}");
+    picture.text(24.0, middle, &name, Font::Heading, Align::Left);
     for (row, model) in models.iter().enumerate() {
         let y = y + PITCH * (row as f64 + 0.5) + 4.0;
         picture.text(LEFT - 12.0, y, model.label(), Font::Label, Align::Right);
@@ -120,15 +100,10 @@ fn row_labels(picture: &mut Picture, joint: usize, models: &[ModelKind], y: f64)
 }
 
 fn element(picture: &mut Picture, (x, y): (f64, f64), key: &AverageKey, mean: Option<f64>) {
-    let AverageKey {
-        joint,
-        model,
-        set,
-        n,
-    } = key;
     match mean {
         Some(nmse) => {
-            let (model, set) = (model.label(), set.name());
+            let (joint, n) = (key.joint, key.n);
+            let (model, set) = (key.model.label(), key.set.name());
             let title = format!("joint {joint}, {model}, {set}, n = {n}: nMSE {nmse:.2e}");
             picture.square(x, y, RANGE.side(nmse), title);
         }
@@ -138,24 +113,14 @@ fn element(picture: &mut Picture, (x, y): (f64, f64), key: &AverageKey, mean: Op
 
 fn legend(picture: &mut Picture, y: f64, n_loads: usize) {
     let step = 84.0;
-    picture.text(
-        24.0,
-        y + PITCH / 2.0 + 4.0,
-        "nMSE",
-        Font::Heading,
-        Align::Left,
-    );
+    let middle = y + PITCH / 2.0 + 4.0;
+    picture.text(24.0, middle, "nMSE", Font::Heading, Align::Left);
     for (i, (value, label)) in LEGEND.into_iter().enumerate() {
         let x = 92.0 + step * i as f64;
         picture.frame(x, y, 1, 1);
         picture.square(x, y, RANGE.side(value), label.to_string());
-        picture.text(
-            x + PITCH / 2.0,
-            y + PITCH + 18.0,
-            label,
-            Font::Label,
-            Align::Centre,
-        );
+        let (middle, below) = (x + PITCH / 2.0, y + PITCH + 18.0);
+        picture.text(middle, below, label, Font::Label, Align::Centre);
     }
     let loads = match n_loads {
         1 => "Results of one load.".to_string(),

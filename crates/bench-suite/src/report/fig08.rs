@@ -161,13 +161,8 @@ pub fn draw(rows: &[Row], (load, n): (usize, usize)) -> Picture {
     );
     for (i, row) in rows.iter().enumerate() {
         let y = TOP + PITCH * (i as f64 + 0.5) + 4.0;
-        picture.text(
-            LEFT - 12.0,
-            y,
-            &format!("torque {}", row.joint),
-            Font::Label,
-            Align::Right,
-        );
+        let name = format!("torque {}", row.joint);
+        picture.text(LEFT - 12.0, y, &name, Font::Label, Align::Right);
     }
     let remark = "The area of a square is the variance, each row scaled to a maximum of 1.";
     picture.text(24.0, height + 34.0, remark, Font::Remark, Align::Left);

@@ -66,12 +66,7 @@ pub fn draw(curves: &Curves, set: TestSet, scale: Scale) -> Result<Picture, Benc
             let plot = Plot::new(corner, axis.clone(), Sizes::of(curves));
             plot.frame(&mut picture, joint);
             for series in drawn(scale) {
-                let key = CurveKey {
-                    joint,
-                    set,
-                    statistic,
-                    series,
-                };
+                let key = CurveKey::new(joint, set, statistic, series);
                 let points = curves.0.get(&key).map_or(&[][..], Vec::as_slice);
                 plot.line(&mut picture, &key, points);
             }

@@ -32,11 +32,9 @@ pub type Findings = Vec<(String, Vec<String>)>;
 /// Findings as a table of two columns with these names.
 pub fn under(header: [&str; 2], findings: &[Finding]) -> TextTable {
     let rows = findings.iter();
-    TextTable {
-        header: header.map(String::from).to_vec(),
-        rows: rows
-            .map(|finding| vec![finding.chapter.clone(), finding.here.clone()])
-            .collect(),
-        n_left: 2,
-    }
+    TextTable::new(
+        2,
+        header,
+        rows.map(|finding| vec![finding.chapter.clone(), finding.here.clone()]),
+    )
 }

@@ -82,14 +82,7 @@ pub fn order_claim(averages: &Averages) -> Option<Finding> {
 fn orders(averages: &Averages) -> Vec<(String, Vec<String>)> {
     let mut orders = Vec::new();
     for (joint, set, n) in groups(averages) {
-        let mean = |model| {
-            averages.mean(&AverageKey {
-                joint,
-                model,
-                set,
-                n,
-            })
-        };
+        let mean = |model| averages.mean(&AverageKey::new(joint, model, set, n));
         let pairs = ORDER.windows(2).map(|pair| (pair[0], pair[1]));
         let found: Vec<_> = pairs
             .filter_map(|(better, worse)| Some((better, worse, mean(better)?, mean(worse)?)))
@@ -207,14 +200,7 @@ pub fn table3_claim(averages: &Averages, published: &Table) -> Finding {
 pub fn gpc_against_lrc(averages: &Averages, records: &[CellRecord], n: usize) -> Vec<String> {
     let mut findings = Vec::new();
     for (joint, set, _) in groups(averages).into_iter().filter(|group| group.2 == n) {
-        let average = |model| {
-            averages.0.get(&AverageKey {
-                joint,
-                model,
-                set,
-                n,
-            })
-        };
+        let average = |model| averages.0.get(&AverageKey::new(joint, model, set, n));
         let (Some(gpc), Some(lrc)) = (average(ModelKind::GpCoulomb), average(ModelKind::LrCoulomb))
         else {
             continue;

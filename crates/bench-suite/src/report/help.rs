@@ -108,40 +108,38 @@ fn table(groups: impl Iterator<Item = (String, usize, Counts)>) -> TextTable {
         let first = [model, n.to_string()].into_iter();
         first.chain(counts.columns()).collect()
     };
-    TextTable {
-        header: header.map(String::from).to_vec(),
-        rows: groups.map(row).collect(),
-        n_left: 1,
-    }
+    TextTable::new(1, header, groups.map(row))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::cell::ModelKind;
+    use crate::fit_summary::tests::summary;
     use crate::report::averages::tests::record;
     use crate::report::curves;
 
     /// A fit with the fields that are counted.
-    fn fit(start: &str, stop: &str, recoveries: usize, bounds: &str) -> FitSummary {
-        let text = format!(
-            "log_marginal_likelihood = 1.0\nstart = \"{start}\"\nstop = \"{stop}\"\niterations = 1\n\
-             evaluations = 1\nrecoveries = {recoveries}\nnoise_std = 0.01\nhyperparameters = []\n\
-             bounds_hit = [{bounds}]\nmethod = \"dense\"\nrank = 1\nerror_bound = 0.0\nstarts = []\n"
-        );
-        toml::from_str(&text).unwrap()
+    fn fit(start: &str, stop: &str, recoveries: usize, bounds: &[&str]) -> FitSummary {
+        FitSummary {
+            start: start.into(),
+            stop: stop.into(),
+            recoveries,
+            bounds_hit: bounds.iter().map(ToString::to_string).collect(),
+            ..summary()
+        }
     }
 
     #[test]
     fn every_kind_of_help_is_counted_once_a_fit() {
         let fits = [
-            fit("eq22", "gradient-small", 0, ""),
-            fit("slow-in-rates", "work-limit", 2, "\"noise_std\""),
+            fit("eq22", "gradient-small", 0, &[]),
+            fit("slow-in-rates", "work-limit", 2, &["noise_std"]),
             fit(
                 "eq22",
                 "evaluation-limit",
                 0,
-                "\"noise_std\", \"linear_std[3]\", \"linear_std[4]\"",
+                &["noise_std", "linear_std[3]", "linear_std[4]"],
             ),
         ];
         let mut records = fits.map(|fit| {

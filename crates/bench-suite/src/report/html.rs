@@ -244,15 +244,9 @@ mod tests {
     #[test]
     fn ratios_are_coloured_and_other_columns_are_not() {
         let mut page = Page::titled("T");
-        page.compared(&TextTable {
-            header: ["model", "n = 20", "ratio"].map(String::from).to_vec(),
-            rows: vec![
-                ["a", "0.1", "0.1"].map(String::from).to_vec(),
-                ["b", "9", "–"].map(String::from).to_vec(),
-                ["c", "9", "1.0e2"].map(String::from).to_vec(),
-            ],
-            n_left: 1,
-        });
+        let rows = [["a", "0.1", "0.1"], ["b", "9", "–"], ["c", "9", "1.0e2"]];
+        let rows = rows.map(|row| row.map(String::from).to_vec());
+        page.compared(&TextTable::new(1, ["model", "n = 20", "ratio"], rows));
         let text = write(&page, |_| None);
         assert_eq!(
             text.matches("class=\"number word lower\"").count(),

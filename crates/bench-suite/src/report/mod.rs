@@ -15,7 +15,6 @@ pub mod help;
 pub mod html;
 pub mod markdown;
 pub mod multi_csv;
-pub mod multi_durations;
 pub mod page;
 pub mod published_fig10;
 pub mod records_csv;

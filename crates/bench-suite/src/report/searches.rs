@@ -30,14 +30,11 @@ pub fn by_model_and_size(records: &[CellRecord]) -> TextTable {
         row
     };
     let header = ["model", "n"].into_iter().chain(reasons.iter().copied());
-    TextTable {
-        header: header
-            .chain(["gradient", "evaluations"])
-            .map(str::to_string)
-            .collect(),
-        rows: groups.iter().map(row).collect(),
-        n_left: 1,
-    }
+    TextTable::new(
+        1,
+        header.chain(["gradient", "evaluations"]),
+        groups.iter().map(row),
+    )
 }
 
 /// The search that a fit comes from, and what all searches on its samples took.
@@ -71,34 +68,24 @@ fn median(winners: &[Winner<'_>], of: impl Fn(&Winner<'_>) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit_summary::tests::{start, summary};
     use crate::fit_summary::{FitSummary, StartSummary};
     use crate::report::averages::tests::record;
 
     fn fitted(load: usize, stop: &str, projected_gradient: f64) -> CellRecord {
-        let search = |samples, value| StartSummary {
+        let search = |samples, log_marginal_likelihood| StartSummary {
             samples,
-            name: "eq22".into(),
-            log_marginal_likelihood: value,
-            evaluations: 10,
-            work: 10.0,
+            log_marginal_likelihood,
             projected_gradient,
             stop: stop.into(),
+            ..start()
         };
         let mut record = record(1, load, ModelKind::GpCoulomb, 1004, 0.1);
         record.fit = Some(FitSummary {
             log_marginal_likelihood: 5.0,
-            start: "eq22".into(),
             stop: stop.into(),
-            iterations: 3,
-            evaluations: 30,
-            recoveries: 0,
-            noise_std: 0.1,
-            hyperparameters: vec![],
-            bounds_hit: vec![],
-            method: "dense".into(),
-            rank: 1004,
-            error_bound: 0.0,
             starts: vec![search(251, 1.0), search(1004, 4.0), search(1004, 5.0)],
+            ..summary()
         });
         record
     }

@@ -41,11 +41,7 @@ pub fn table(records: &[SharedRecord], choices: &Choices, curves: &Curves) -> Te
             shared.evaluations.to_string(),
         ])
     };
-    TextTable {
-        header: header.map(String::from).to_vec(),
-        rows: records.iter().filter_map(row).collect(),
-        n_left: 0,
-    }
+    TextTable::new(0, header, records.iter().filter_map(row))
 }
 
 /// The question that section 5 asks, and what the criteria and the scores say.
@@ -93,12 +89,7 @@ fn quotient(
 ) -> Option<f64> {
     let mut logs = 0.0;
     for (idx, unit) in record.unit.joints.iter().enumerate() {
-        let key = CurveKey {
-            joint: unit.joint,
-            set,
-            statistic: Statistic::Average,
-            series: Series::TransferBic,
-        };
+        let key = CurveKey::new(unit.joint, set, Statistic::Average, Series::TransferBic);
         let nmses = shared.nmses(idx, set);
         let ours = nmses.iter().sum::<f64>() / nmses.len() as f64;
         logs += (ours / curves.at(&key, record.unit.n_total())?.value).ln();

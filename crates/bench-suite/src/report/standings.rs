@@ -33,12 +33,7 @@ fn contests(curves: &Curves, set: TestSet) -> Vec<Contest> {
     for joint in curves.joints() {
         for n in curves.sizes() {
             let average = |series| {
-                let key = CurveKey {
-                    joint,
-                    set,
-                    statistic: Statistic::Average,
-                    series,
-                };
+                let key = CurveKey::new(joint, set, Statistic::Average, series);
                 curves.at(&key, n).map_or(f64::NAN, |point| point.value)
             };
             let averages = Series::ALL.map(average);

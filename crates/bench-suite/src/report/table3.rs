@@ -30,23 +30,14 @@ pub fn beside_published(
             set.name().to_string(),
         ];
         for &n in &scope.sizes {
-            let key = AverageKey {
-                joint,
-                model,
-                set,
-                n,
-            };
+            let key = AverageKey::new(joint, model, set, n);
             let (ours, theirs) = (averages.mean(&key), published.get(&key).copied());
             let quotient = ours.zip(theirs).map(|(a, b)| a / b);
             row.extend([score(ours), printed_score(theirs), ratio(quotient)]);
         }
         rows.push(row);
     }
-    TextTable {
-        header,
-        rows,
-        n_left: 3,
-    }
+    TextTable::new(3, header, rows)
 }
 
 /// All averages of a run: rows joint × model, columns set × size.
@@ -61,24 +52,14 @@ pub fn all_averages(averages: &Averages) -> TextTable {
         for &model in &models {
             let mut row = vec![joint.to_string(), model.label().to_string()];
             for set in TestSet::ALL {
-                let cell = |&n: &usize| {
-                    score(averages.mean(&AverageKey {
-                        joint,
-                        model,
-                        set,
-                        n,
-                    }))
-                };
+                let cell =
+                    |&n: &usize| score(averages.mean(&AverageKey::new(joint, model, set, n)));
                 row.extend(sizes.iter().map(cell));
             }
             rows.push(row);
         }
     }
-    TextTable {
-        header,
-        rows,
-        n_left: 2,
-    }
+    TextTable::new(2, header, rows)
 }
 
 /// The same numbers in long form, one row a cell of table 3.
@@ -91,12 +72,7 @@ pub fn to_csv(
     let mut text = String::from("joint,model,set,n,nmse,published,ratio\n");
     for (joint, model, set) in row_keys(&scope.joints, models) {
         for &n in &scope.sizes {
-            let key = AverageKey {
-                joint,
-                model,
-                set,
-                n,
-            };
+            let key = AverageKey::new(joint, model, set, n);
             let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:e}"));
             let (ours, theirs) = (averages.mean(&key), published.get(&key).copied());
             let quotient = ours.zip(theirs).map(|(a, b)| a / b);

@@ -12,6 +12,19 @@ pub struct TextTable {
 }
 
 impl TextTable {
+    /// Table whose first `n_left` columns are aligned left.
+    pub fn new(
+        n_left: usize,
+        header: impl IntoIterator<Item = impl Into<String>>,
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) -> Self {
+        Self {
+            header: header.into_iter().map(Into::into).collect(),
+            rows: rows.into_iter().collect(),
+            n_left,
+        }
+    }
+
     /// Columns separated by two blanks, no trailing blanks.
     pub fn to_text(&self) -> String {
         let widths = self.widths();
@@ -88,14 +101,8 @@ mod tests {
 
     #[test]
     fn columns_line_up_and_nothing_trails() {
-        let table = TextTable {
-            header: ["model", "nMSE"].map(String::from).to_vec(),
-            rows: vec![
-                ["LR¬c", "1"].map(String::from).to_vec(),
-                ["a", "10.25"].map(String::from).to_vec(),
-            ],
-            n_left: 1,
-        };
+        let rows = [["LR¬c", "1"], ["a", "10.25"]].map(|row| row.map(String::from).to_vec());
+        let table = TextTable::new(1, ["model", "nMSE"], rows);
         assert_eq!(
             table.to_text(),
             "model   nMSE\nLR¬c       1\na      10.25\n"

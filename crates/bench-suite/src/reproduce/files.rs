@@ -34,11 +34,7 @@ impl Files {
             let header = self.text(name).and_then(|text| text.lines().next());
             vec![name.clone(), header.unwrap_or_default().replace(',', ", ")]
         };
-        TextTable {
-            header: ["file", "columns"].map(String::from).to_vec(),
-            rows: tables.map(row).collect(),
-            n_left: 2,
-        }
+        TextTable::new(2, ["file", "columns"], tables.map(row))
     }
 
     /// Writes everything into a new directory, which appears only when it is complete.

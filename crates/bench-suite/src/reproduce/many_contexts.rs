@@ -13,7 +13,7 @@ use crate::report::finding::Findings;
 use crate::report::page::Page;
 use crate::report::published_fig10::Published;
 use crate::report::text_table::TextTable;
-use crate::report::{choices, help, multi_csv, multi_durations, shared, standings};
+use crate::report::{choices, durations, help, multi_csv, shared, standings};
 use crate::run::RunOutcome;
 use crate::spec::Profile;
 
@@ -71,8 +71,8 @@ pub(super) fn report(
     page.table(&help::of_units(&outcome.records));
     page.rows("fits.csv", "draw, joint, n, model, fit");
     page.prose(help::EXPLANATION);
-    page.section(multi_durations::TITLE);
-    page.table(&multi_durations::by_model_and_size(&outcome.records));
+    page.section(durations::OF_UNITS);
+    page.table(&durations::of_units(&outcome.records));
     page.rows("unit_seconds.csv", "draw, joint, n, model");
 
     files.add("curves.csv", multi_csv::curves(&drawn));

@@ -5,6 +5,7 @@ mod many_contexts;
 mod one_context;
 mod origin;
 mod request;
+mod sections;
 mod share;
 mod tallies;
 mod unfinished;
@@ -14,6 +15,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 pub use many_contexts::ManyContexts;
+pub use one_context::OneContext;
 pub use request::Request;
 pub use share::{Share, compute};
 
@@ -21,30 +23,29 @@ use self::files::Files;
 use self::tallies::Tallies;
 use crate::catalogue::Catalogue;
 use crate::cell::Cell;
-use crate::data_figures::page;
-use crate::data_figures::section::Section;
-use crate::data_figures::spec::DataExperiment;
 use crate::error::BenchError;
 use crate::manifest::Manifest;
 use crate::multi;
 use crate::multi::shared::SharedUnit;
 use crate::multi::spec::{MultiExperiment, MultiScope};
 use crate::multi::unit::Unit;
-use crate::report::averages::{self, Averages};
+use crate::report::averages;
 use crate::report::finding::Findings;
 use crate::report::page::Page;
-use crate::report::text_table::TextTable;
 use crate::report::{differences, html, markdown};
 use crate::run::{RunOutcome, run};
-use crate::section5;
-use crate::section5::campaign::Campaign;
-use crate::section5::spec::Section5Experiment;
-use crate::spec::{Experiment, Scope};
+use crate::spec::{Experiment, Profile, Scope, Selection};
 use crate::store::{self, Store};
 use crate::tally::Tally;
 
 /// What the chapter leaves open and what was chosen: a part of every report.
 const DEVIATIONS: &str = include_str!("../../../../docs/DEVIATIONS.md");
+
+/// Heading of the part about the data.
+const DATA: &str = "The data (section 2)";
+
+/// Heading of the part about section 5.
+const PROPOSED: &str = "What the chapter proposes and does not run (sections 1, 3.2 and 5)";
 
 /// What came out.
 #[derive(Debug)]
@@ -61,19 +62,6 @@ pub struct Reproduction {
     pub section5: Findings,
     /// How its work went, if one of its experiments was chosen.
     pub section5_work: Option<Tally>,
-}
-
-/// What came out of the experiments with one context.
-#[derive(Debug)]
-pub struct OneContext {
-    /// Table 3, if it was among the experiments.
-    pub table3: Option<TextTable>,
-    /// Findings for the terminal, under their headings.
-    pub findings: Findings,
-    /// The run behind it.
-    pub outcome: RunOutcome,
-    /// Averages behind the tables.
-    pub averages: Averages,
 }
 
 impl Reproduction {
@@ -103,22 +91,21 @@ impl Reproduction {
 pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let chosen = Catalogue::named(&request.only)?;
     unused::check(request, &chosen)?;
-    let Catalogue {
-        data,
-        one,
-        many,
-        section5,
-    } = chosen;
-    let one = scoped_one(one, request)?;
-    let many = scoped_many(many, request)?;
+    let one = scoped(chosen.one, request, Experiment::reseeded, Experiment::scope)?;
+    let many = scoped(
+        chosen.many,
+        request,
+        MultiExperiment::reseeded,
+        MultiExperiment::scope,
+    )?;
 
     let mut manifest = Manifest::start(request.command.clone(), request.n_threads);
     manifest.seeds = seeds(&one, &many);
-    let about_data = page::sections(&data)?;
+    let about_data = sections::about_data(&chosen.data)?;
     let of_one = run_one(&one, request)?;
     let of_many = run_many(&many, request)?;
     let of_shared = run_shared(&many, of_many.as_ref(), request)?;
-    let (of_section5, section5_work) = run_section5(&section5, request)?;
+    let (of_section5, section5_work) = sections::of_section5(&chosen.section5, request)?;
     let tallies = Tallies {
         cells: of_one.as_ref().map(Tally::of),
         units: of_many.as_ref().map(Tally::of),
@@ -131,20 +118,18 @@ pub fn reproduce(request: &Request) -> Result<Reproduction, BenchError> {
     let mut page = Page::titled("The chapter's tables and figures");
     origin::part(&mut page, &manifest, &tallies);
     unfinished::part(&mut page, &tallies);
-    let about_data = data_part(&about_data, &mut page, &mut files);
-    let one = match of_one {
-        Some(outcome) => Some(report_one(&one, outcome, &mut page, &mut files)?),
-        None => None,
-    };
-    let many = match of_many {
-        Some(outcome) => {
+    let about_data = sections::part(DATA, &about_data, &mut page, &mut files);
+    let one = of_one
+        .map(|outcome| one_context::report(&one, outcome, &mut page, &mut files))
+        .transpose()?;
+    let many = of_many
+        .map(|outcome| {
             let (outcomes, profile) = ((outcome, of_shared), request.profile);
-            let many = many_contexts::report(&many, profile, outcomes, &mut page, &mut files);
-            Some(many?)
-        }
-        None => None,
-    };
-    let section5 = section5_part(&of_section5, &mut page, &mut files);
+            many_contexts::report(&many, profile, outcomes, &mut page, &mut files)
+        })
+        .transpose()?;
+    let mut section5 = sections::part(PROPOSED, &of_section5, &mut page, &mut files);
+    section5.retain(|(_, sentences)| !sentences.is_empty());
     differences_part(one.as_ref(), &mut page)?;
     page.document(DEVIATIONS);
 
@@ -198,88 +183,19 @@ fn seeds(one: &[(Experiment, Scope)], many: &[(MultiExperiment, MultiScope)]) ->
     seeds.into_iter().cloned().collect()
 }
 
-/// Sections with the experiments that they are of.
-type Sections<'a> = Vec<(&'a Section5Experiment, Section)>;
-
-/// Sections of section 5 whose work is all there, and how the work went.
-fn run_section5<'a>(
-    experiments: &'a [Section5Experiment],
+/// Experiments under the seed of the request, each with what it computes.
+fn scoped<E, S>(
+    experiments: Vec<E>,
     request: &Request,
-) -> Result<(Sections<'a>, Option<Tally>), BenchError> {
-    if experiments.is_empty() {
-        return Ok((Vec::new(), None));
-    }
-    let campaign = Campaign::new(request.profile, &request.output, request.reuse)
-        .with_shard(request.shard)
-        .with_threads(request.n_threads);
-    let sections = section5::page::sections(experiments, &campaign)?;
-    Ok((sections, Some(campaign.into_tally())))
-}
-
-/// Sections and files of section 5; the findings once more for the terminal.
-fn section5_part(
-    sections: &[(&Section5Experiment, Section)],
-    page: &mut Page,
-    files: &mut Files,
-) -> Findings {
-    let mut found = Findings::new();
-    if !sections.is_empty() {
-        page.part("What the chapter proposes and does not run (sections 1, 3.2 and 5)");
-    }
-    for (experiment, section) in sections {
-        section5::page::write(page, experiment, section);
-        for (name, contents) in &section.files {
-            files.add(name, contents.clone());
-        }
-        found.push((experiment.title.clone(), section5::page::sentences(section)));
-    }
-    found.retain(|(_, sentences)| !sentences.is_empty());
-    found
-}
-
-/// Sections and files about the data; the findings once more for the terminal.
-fn data_part(
-    sections: &[(&DataExperiment, Section)],
-    page: &mut Page,
-    files: &mut Files,
-) -> Findings {
-    let mut found = Findings::new();
-    if !sections.is_empty() {
-        page.part("The data (section 2)");
-    }
-    for (experiment, section) in sections {
-        page::write(page, experiment, section);
-        for (name, contents) in &section.files {
-            files.add(name, contents.clone());
-        }
-        found.push((experiment.title.clone(), page::sentences(section)));
-    }
-    found
-}
-
-fn scoped_one(
-    experiments: Vec<Experiment>,
-    request: &Request,
-) -> Result<Vec<(Experiment, Scope)>, BenchError> {
-    let scoped = |mut experiment: Experiment| {
-        if let Some(seed) = &request.seed {
-            experiment = experiment.reseeded(seed);
-        }
-        let scope = experiment.scope(request.profile, &request.selection)?;
-        Ok((experiment, scope))
-    };
-    experiments.into_iter().map(scoped).collect()
-}
-
-fn scoped_many(
-    experiments: Vec<MultiExperiment>,
-    request: &Request,
-) -> Result<Vec<(MultiExperiment, MultiScope)>, BenchError> {
-    let scoped = |mut experiment: MultiExperiment| {
-        if let Some(seed) = &request.seed {
-            experiment = experiment.reseeded(seed);
-        }
-        let scope = experiment.scope(request.profile, &request.multi_selection)?;
+    reseeded: fn(E, &str) -> E,
+    scope: fn(&E, Profile, &Selection) -> Result<S, BenchError>,
+) -> Result<Vec<(E, S)>, BenchError> {
+    let scoped = |experiment: E| {
+        let experiment = match &request.seed {
+            Some(seed) => reseeded(experiment, seed),
+            None => experiment,
+        };
+        let scope = scope(&experiment, request.profile, &request.selection)?;
         Ok((experiment, scope))
     };
     experiments.into_iter().map(scoped).collect()
@@ -313,7 +229,7 @@ fn run_many(
     if experiments.is_empty() {
         return Ok(None);
     }
-    let n_repeats = 1 + request.multi_selection.n_more_repeats;
+    let n_repeats = 1 + request.selection.n_more_repeats;
     let units: BTreeSet<Unit> = experiments
         .iter()
         .flat_map(|(experiment, scope)| experiment.units(scope, n_repeats))
@@ -337,20 +253,4 @@ fn run_shared(
         .collect();
     let store = Store::open(store::of_units(&request.output))?;
     multi::run::run_shared(&units, records, &store, request.reuse, request.n_threads)
-}
-
-fn report_one(
-    experiments: &[(Experiment, Scope)],
-    outcome: RunOutcome,
-    page: &mut Page,
-    files: &mut Files,
-) -> Result<OneContext, BenchError> {
-    let averages = Averages::of(&outcome.records);
-    let (table3, findings) = one_context::report(experiments, &averages, &outcome, page, files)?;
-    Ok(OneContext {
-        table3,
-        findings,
-        outcome,
-        averages,
-    })
 }

@@ -10,49 +10,67 @@ use crate::report::{durations, fig07, fig08, findings, help, records_csv, search
 use crate::run::RunOutcome;
 use crate::spec::{Experiment, Scope};
 
+/// What came out of the experiments with one context.
+#[derive(Debug)]
+pub struct OneContext {
+    /// Table 3, if it was among the experiments.
+    pub table3: Option<TextTable>,
+    /// Findings for the terminal, under their headings.
+    pub findings: Findings,
+    /// The run behind it.
+    pub outcome: RunOutcome,
+    /// Averages behind the tables.
+    pub averages: Averages,
+}
+
 /// Sections and files; the table and the findings once more for the terminal.
 pub(super) fn report(
     experiments: &[(Experiment, Scope)],
-    averages: &Averages,
-    outcome: &RunOutcome,
+    outcome: RunOutcome,
     page: &mut Page,
     files: &mut Files,
-) -> Result<(Option<TextTable>, Findings), BenchError> {
+) -> Result<OneContext, BenchError> {
+    let averages = Averages::of(&outcome.records);
     page.part("One load at a time (section 3.4)");
-    let mut table = None;
-    let mut found = Findings::new();
+    let mut table3 = None;
+    let mut findings = Findings::new();
     for (experiment, scope) in experiments {
         page.section(&experiment.title);
         match experiment.name.as_str() {
             "table3" => {
-                let (text, checks) = table3_part(experiment, scope, averages, page, files)?;
-                found.extend(checks);
-                table = Some(text);
+                let (text, checks) = table3_part(experiment, scope, &averages, page, files)?;
+                findings.extend(checks);
+                table3 = Some(text);
             }
-            "fig08" => found.extend(fig08_part(scope, outcome, page, files)?),
-            _ => fig07_part(experiment, scope, averages, page, files)?,
+            "fig08" => findings.extend(fig08_part(scope, &outcome, page, files)?),
+            _ => fig07_part(experiment, scope, &averages, page, files)?,
         }
         page.prose(&experiment.text.analysis);
     }
 
-    found.extend(claims(averages, outcome));
-    found.retain(|(_, items)| !items.is_empty());
-    for (title, items) in &found {
+    findings.extend(claims(&averages, &outcome));
+    findings.retain(|(_, items)| !items.is_empty());
+    for (title, items) in &findings {
         page.section(title);
         page.list(items, "");
     }
     page.section("Where extrap is less than ten times harder than interp");
     let chapters = averages.of_the_chapter();
     page.list(&findings::extrap_is_harder(&chapters), "Nowhere.");
-    about_fits(outcome, page);
+    about_fits(&outcome, page);
     page.section("Every average");
-    page.table(&table3::all_averages(averages));
+    page.table(&table3::all_averages(&averages));
     page.rows("averages.csv", "joint, model, set, n");
 
-    files.add("averages.csv", averages::write_table(averages));
+    files.add("averages.csv", averages.to_csv());
     files.add("cells.csv", records_csv::cells(&outcome.records));
     files.add("seconds.csv", records_csv::seconds(&outcome.records));
-    Ok((table, found))
+    Ok(OneContext {
+        table3,
+        findings,
+        outcome,
+        averages,
+    })
 }
 
 /// How the searches ended, which fits needed help, and where the time went.
@@ -64,8 +82,8 @@ fn about_fits(outcome: &RunOutcome, page: &mut Page) {
     page.section(searches::TITLE);
     page.table(&searches::by_model_and_size(&outcome.records));
     page.rows("cells.csv", "joint, load, model, n");
-    page.section(durations::TITLE);
-    page.table(&durations::by_model_and_size(&outcome.records));
+    page.section(durations::OF_CELLS);
+    page.table(&durations::of_cells(&outcome.records));
     page.rows("seconds.csv", "joint, load, model, n");
 }
 

@@ -13,8 +13,9 @@ pub(super) fn part(page: &mut Page, manifest: &Manifest, tallies: &Tallies) {
     page.table(&facts(manifest));
     let work: Vec<Vec<String>> = tallies.named().map(row).collect();
     if !work.is_empty() {
-        page.table(&TextTable {
-            header: [
+        page.table(&TextTable::new(
+            1,
+            [
                 "work",
                 "computed",
                 "seconds",
@@ -22,12 +23,9 @@ pub(super) fn part(page: &mut Page, manifest: &Manifest, tallies: &Tallies) {
                 "taken from earlier runs",
                 "failed",
                 "missing",
-            ]
-            .map(String::from)
-            .to_vec(),
-            rows: work,
-            n_left: 1,
-        });
+            ],
+            work,
+        ));
     }
     page.prose("A *cell* is one model of one joint under one load; a *unit* is all models of many loads at one joint and size; a *part* is one of those that an experiment of section 5 divides into.");
 }
@@ -54,13 +52,11 @@ fn facts(manifest: &Manifest) -> TextTable {
         ("sources of the units", &manifest.many_measured_by),
         ("SHA-256 of Cargo.lock", &manifest.lock_file_sha256),
     ]);
-    TextTable {
-        header: ["what", "value"].map(String::from).to_vec(),
-        rows: (rows.into_iter())
-            .map(|(what, value)| vec![what.to_string(), value.to_string()])
-            .collect(),
-        n_left: 2,
-    }
+    TextTable::new(
+        2,
+        ["what", "value"],
+        (rows.into_iter()).map(|(what, value)| vec![what.to_string(), value.to_string()]),
+    )
 }
 
 /// How the work of one kind went.

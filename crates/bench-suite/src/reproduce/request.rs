@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use crate::multi::spec::MultiSelection;
 use crate::run::Reuse;
 use crate::shard::Shard;
 use crate::spec::{Profile, Selection};
@@ -16,10 +15,8 @@ pub struct Request {
     pub only: Vec<String>,
     /// Directory of finished cells and reports.
     pub output: PathBuf,
-    /// Loads, joints and sizes instead of the profile's.
+    /// What to compute instead of what the profile says.
     pub selection: Selection,
-    /// Joints, sizes and repeats of the experiments with many contexts.
-    pub multi_selection: MultiSelection,
     /// Part of the work that this run computes.
     pub shard: Shard,
     /// Threads, 0 for one a core.

@@ -2,9 +2,11 @@
 
 use super::request::Request;
 use super::tallies::Tallies;
-use super::{run_many, run_one, run_section5, scoped_many, scoped_one};
+use super::{run_many, run_one, scoped, sections};
 use crate::catalogue::Catalogue;
 use crate::error::BenchError;
+use crate::multi::spec::MultiExperiment;
+use crate::spec::Experiment;
 use crate::tally::Tally;
 
 /// What became of a shard's work.
@@ -17,12 +19,17 @@ pub struct Share(Tallies);
 /// As for [`super::reproduce`].
 pub fn compute(request: &Request) -> Result<Share, BenchError> {
     let chosen = Catalogue::named(&request.only)?;
-    let one = scoped_one(chosen.one, request)?;
-    let many = scoped_many(chosen.many, request)?;
+    let one = scoped(chosen.one, request, Experiment::reseeded, Experiment::scope)?;
+    let many = scoped(
+        chosen.many,
+        request,
+        MultiExperiment::reseeded,
+        MultiExperiment::scope,
+    )?;
     Ok(Share(Tallies {
         cells: run_one(&one, request)?.as_ref().map(Tally::of),
         units: run_many(&many, request)?.as_ref().map(Tally::of),
-        parts: run_section5(&chosen.section5, request)?.1,
+        parts: sections::of_section5(&chosen.section5, request)?.1,
     }))
 }
 

@@ -14,13 +14,13 @@ pub(super) fn check(request: &Request, chosen: &Catalogue) -> Result<(), BenchEr
     let many: Vec<String> = all.many.into_iter().map(|e| e.name).collect();
     let both = [one.clone(), many.clone()].concat();
     let (no_one, no_many) = (chosen.one.is_empty(), chosen.many.is_empty());
-    let (selection, multi) = (&request.selection, &request.multi_selection);
+    let selection = &request.selection;
     let cases = [
         ("--loads", selection.loads.is_some() && no_one, &one),
         ("--sizes", selection.sizes.is_some() && no_one, &one),
-        ("--totals", multi.totals.is_some() && no_many, &many),
-        ("--ranks", multi.ranks.is_some() && no_many, &many),
-        ("--repeats", multi.n_more_repeats > 0 && no_many, &many),
+        ("--totals", selection.totals.is_some() && no_many, &many),
+        ("--ranks", selection.ranks.is_some() && no_many, &many),
+        ("--repeats", selection.n_more_repeats > 0 && no_many, &many),
         (
             "--joints",
             selection.joints.is_some() && no_one && no_many,

@@ -11,7 +11,7 @@ use torque_model::learn::{InformedJoint, RigidBodyForm};
 use super::parameters::{self, Knowledge};
 use super::rows::{self, States};
 use crate::error::BenchError;
-use crate::fit_summary::{FitSummary, StartSummary, method_name, stop_name};
+use crate::fit_summary::{FitSummary, StartSummary};
 
 /// Rows that are predicted at a time.
 const BLOCK: usize = 4000;
@@ -186,30 +186,17 @@ fn add(values: &mut [f64], others: &[f64]) {
 
 /// Summary of a fit that set out from a start of the name given.
 fn summary_of<C: Covariance>(fit: &Fit<C>, name: &str, n_samples: usize) -> FitSummary {
-    let report = fit.report.winning_start();
-    let stop = stop_name(report.stop);
+    let search = fit.report.winning_start();
+    let hyperparameters = fit.covariance().params();
     FitSummary {
-        log_marginal_likelihood: report.log_marginal,
+        log_marginal_likelihood: search.log_marginal,
         start: name.to_string(),
-        stop: stop.to_string(),
-        iterations: report.iterations,
-        evaluations: fit.report.evaluations(),
-        recoveries: report.recoveries,
-        noise_std: fit.noise_std(),
-        hyperparameters: fit.covariance().params(),
-        bounds_hit: fit.report.bounds_hit.clone(),
-        method: method_name(fit.report.method).to_string(),
-        rank: fit.report.rank,
-        error_bound: fit.report.error_bound,
+        recoveries: search.recoveries,
         starts: vec![StartSummary {
-            samples: n_samples,
             name: name.to_string(),
-            log_marginal_likelihood: report.log_marginal,
-            evaluations: report.evaluations,
-            work: report.work,
-            projected_gradient: report.projected_gradient,
-            stop: stop.to_string(),
+            ..StartSummary::of(search, n_samples)
         }],
+        ..FitSummary::of(&fit.report, fit.noise_std(), hyperparameters)
     }
 }
 

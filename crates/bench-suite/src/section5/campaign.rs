@@ -10,9 +10,9 @@ use serde::de::DeserializeOwned;
 
 use super::bench::Bench;
 use super::part::{Part, PartRecord, Task, measured_by};
-use super::spec::Section5Experiment;
 use crate::error::BenchError;
 use crate::run::{Reuse, Seconds, complete, side_by_side};
+use crate::section_experiment::SectionExperiment;
 use crate::shard::Shard;
 use crate::spec::Profile;
 use crate::store::{Store, Work};
@@ -147,7 +147,7 @@ impl Campaign {
     /// As [`Self::complete`]; `Malformed` if a result cannot be written or read as TOML.
     pub fn parts<'a, T: Sync, S: Sync, F: Serialize + DeserializeOwned>(
         &'a self,
-        experiment: &Section5Experiment,
+        experiment: &SectionExperiment,
         tasks: &[Task<T>],
         prepare: impl FnOnce(&'a Bench) -> Result<S, BenchError> + Send,
         measure: impl Fn(&S, &T) -> Result<F, BenchError> + Sync + Send,

@@ -15,29 +15,24 @@ pub mod context;
 pub mod models;
 mod normal;
 pub mod novel;
-pub mod page;
 pub mod part;
 pub mod rbd;
 pub mod sampled;
-pub mod spec;
 pub mod trained;
 pub mod training_set;
 pub mod transfer;
 
 use self::campaign::Campaign;
-use self::spec::Section5Experiment;
-use crate::data_figures::section::Section;
+use crate::data_figures::section::Made;
 use crate::error::BenchError;
+use crate::section_experiment::{Kind, SectionExperiment};
 
 /// Makes the tables and pictures of an experiment; `None` as long as a piece of its work is not there.
 ///
 /// # Errors
 /// `UnknownName` if no module makes an experiment of that name; `Experiment` if its settings are
 /// not what the module reads; those of its models and pictures.
-pub fn make(
-    experiment: &Section5Experiment,
-    campaign: &Campaign,
-) -> Result<Option<Section>, BenchError> {
+pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     match experiment.name.as_str() {
         "closed_loop" => closed_loop::make(experiment, campaign),
         "context" => context::make(experiment, campaign),
@@ -49,7 +44,7 @@ pub fn make(
         other => Err(BenchError::UnknownName {
             what: "experiment of section 5",
             name: other.to_string(),
-            known: spec::Section5Experiment::names()?.join(", "),
+            known: SectionExperiment::names(Kind::Section5)?.join(", "),
         }),
     }
 }

@@ -7,13 +7,14 @@ use torque_model::{TaskProcess, TorqueFunction};
 use super::bench::Bench;
 use super::campaign::Campaign;
 use super::part::Task;
-use super::spec::Section5Experiment;
 use super::training_set::{SPLIT_SEED, TrainingSet};
-use crate::data_figures::section::{Section, csv};
+use crate::data_figures::section::{Made, Section, csv};
 use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
-use crate::metrics::nmse;
+use crate::multi::bench::context_scores;
+use crate::multi::unit::ContextScore;
 use crate::report::text_table::{TextTable, score};
+use crate::section_experiment::SectionExperiment;
 use crate::split::{N_ROWS, Split};
 
 /// Settings of a profile.
@@ -40,10 +41,7 @@ struct Line {
 ///
 /// # Errors
 /// `Experiment`, and those of [`Bench::trained`].
-pub fn make(
-    experiment: &Section5Experiment,
-    campaign: &Campaign,
-) -> Result<Option<Section>, BenchError> {
+pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let settings: Settings = experiment.settings(campaign.profile)?;
     let set = TrainingSet::of_table_2(settings.n_total);
     let mut tasks = Vec::new();
@@ -79,27 +77,21 @@ fn line(
     joint: usize,
     process: &TaskProcess,
 ) -> Result<Line, BenchError> {
-    let (mut interp, mut extrap) = (0.0, 0.0);
     let all_rows: Vec<usize> = (0..N_ROWS).collect();
     let means = process.predict_mean_of_all_contexts(bench.data.x(&all_rows).as_ref())?;
-    for (task, split) in splits.iter().enumerate() {
-        let of_task = means.col_as_slice(task);
-        let on = |rows: &[usize]| {
-            let picked: Vec<f64> = rows.iter().map(|&row| of_task[row]).collect();
-            nmse(&picked, &bench.data.torques(task + 1, joint, rows))
-        };
-        interp += on(&split.interp)?;
-        extrap += on(&split.extrap)?;
-    }
-    let m = splits.len() as f64;
+    let scores = context_scores(&bench.data, joint, splits, &means)?;
+    let mean = |of: fn(&ContextScore) -> f64| {
+        let sum: f64 = scores.iter().map(of).sum();
+        sum / scores.len() as f64
+    };
     Ok(Line {
         model: process.name(),
         joint,
         log_marginal: process.summary.log_marginal,
         noise_std: process.noise_var().sqrt(),
         basis: process.summary.rank,
-        interp: interp / m,
-        extrap: extrap / m,
+        interp: mean(|score| score.interp),
+        extrap: mean(|score| score.extrap),
     })
 }
 
@@ -124,14 +116,7 @@ fn section(lines: &[Line]) -> Section {
             score(Some(line.extrap)),
         ]
     };
-    let mut section = Section {
-        table: Some(TextTable {
-            header: header.map(String::from).to_vec(),
-            rows: lines.iter().map(row).collect(),
-            n_left: 1,
-        }),
-        ..Section::default()
-    };
+    let mut section = Section::of_table(TextTable::new(1, header, lines.iter().map(row)));
     let numbers = lines.iter().map(|line| {
         let labels = vec![line.model.clone(), line.joint.to_string()];
         let numbers = [line.log_marginal, line.noise_std, line.interp, line.extrap];

@@ -2,12 +2,13 @@
 
 use faer::Mat;
 use mtgp::Stacked;
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
 
-use super::spec::Section5Experiment;
 use crate::dataset::DataSet;
 use crate::error::BenchError;
 use crate::multi::draw::nested;
+use crate::section_experiment::SectionExperiment;
 use crate::seed::{sample_indices, stream};
 use crate::spec::Profile;
 use crate::split::{N_PATHS, N_SPEEDS, REFERENCE, Split, TrajectoryId, UNIQUE};
@@ -21,8 +22,8 @@ pub const SPLIT_SEED: &str = "one-context";
 #[derive(Deserialize)]
 struct SetSettings {
     n_total: Option<usize>,
-    #[serde(default)]
-    held_out: Vec<String>,
+    #[serde(default, deserialize_with = "trajectories")]
+    held_out: Vec<TrajectoryId>,
 }
 
 /// Samples of the loads c1 to c`n_contexts`, equally many of each.
@@ -51,30 +52,20 @@ impl TrainingSet {
     /// # Errors
     /// `Experiment` if there is no such profile, or a trajectory held out does not exist.
     pub fn of_experiment(
-        experiment: &Section5Experiment,
+        experiment: &SectionExperiment,
         profile: Profile,
     ) -> Result<Option<Self>, BenchError> {
         let settings: SetSettings = experiment.settings(profile)?;
-        let Some(n_total) = settings.n_total else {
-            return Ok(None);
-        };
-        let set = Self::holding_out(&experiment.name, n_total, &settings.held_out);
-        set.map(Some)
+        let of_size = |n_total| Self::holding_out(n_total, settings.held_out);
+        Ok(settings.n_total.map(of_size))
     }
 
     /// The same loads without a sample of some trajectories.
-    ///
-    /// # Errors
-    /// `Experiment` for a trajectory that does not exist.
-    pub fn holding_out(
-        experiment: &str,
-        n_total: usize,
-        held_out: &[String],
-    ) -> Result<Self, BenchError> {
-        Ok(Self {
-            held_out: trajectories(experiment, held_out)?,
+    pub fn holding_out(n_total: usize, held_out: Vec<TrajectoryId>) -> Self {
+        Self {
+            held_out,
             ..Self::of_table_2(n_total)
-        })
+        }
     }
 
     /// Samples of each load.
@@ -130,19 +121,27 @@ impl TrainingSet {
     }
 }
 
-/// Trajectories that an experiment names: (p1,s2) is written p1s2.
+/// Reads the trajectory that an experiment names: (p1,s2) is written p1s2.
 ///
 /// # Errors
-/// `Experiment` for one that does not exist.
-pub fn trajectories(experiment: &str, names: &[String]) -> Result<Vec<TrajectoryId>, BenchError> {
-    let read = |name: &String| {
-        let found = TrajectoryId::all().find(|id| id.to_string() == *name);
-        found.ok_or_else(|| {
-            let message = format!("\"{name}\" is not a trajectory p1s1 to p{N_PATHS}s{N_SPEEDS}");
-            BenchError::experiment(experiment, message)
-        })
-    };
-    names.iter().map(read).collect()
+/// A sentence if there is none of that name.
+pub fn trajectory<'de, D: Deserializer<'de>>(names: D) -> Result<TrajectoryId, D::Error> {
+    named(&String::deserialize(names)?).map_err(D::Error::custom)
+}
+
+/// The same for several.
+///
+/// # Errors
+/// A sentence if one does not exist.
+pub fn trajectories<'de, D: Deserializer<'de>>(names: D) -> Result<Vec<TrajectoryId>, D::Error> {
+    let names = Vec::<String>::deserialize(names)?;
+    let read: Result<_, _> = names.iter().map(|name| named(name)).collect();
+    read.map_err(D::Error::custom)
+}
+
+fn named(name: &str) -> Result<TrajectoryId, String> {
+    let found = TrajectoryId::all().find(|id| id.to_string() == name);
+    found.ok_or_else(|| format!("\"{name}\" is not a trajectory p1s1 to p{N_PATHS}s{N_SPEEDS}"))
 }
 
 /// The samples of a training set.
@@ -218,13 +217,11 @@ mod tests {
 
     #[test]
     fn trajectories_are_read_and_wrong_ones_refused() {
-        let read = trajectories("x", &["p2s3".to_string()]).unwrap();
-        assert_eq!(read, [REFERENCE]);
+        assert_eq!(named("p2s3"), Ok(REFERENCE));
         for wrong in ["p5s1", "p1s0", "s1p1", "p1", ""] {
-            let error = trajectories("x", &[wrong.to_string()]).unwrap_err();
-            let message = error.to_string();
+            let message = named(wrong).unwrap_err();
             assert!(
-                message.contains("is not a trajectory p1s1 to p4s4"),
+                message.ends_with("is not a trajectory p1s1 to p4s4"),
                 "{message}"
             );
         }

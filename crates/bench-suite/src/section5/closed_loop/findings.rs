@@ -91,11 +91,7 @@ impl Results<'_> {
                 ]);
             }
         }
-        TextTable {
-            header,
-            rows,
-            n_left: 2,
-        }
+        TextTable::new(2, header, rows)
     }
 
     fn curve(

@@ -26,23 +26,20 @@ use self::switch::Switching;
 use super::bench::Bench;
 use super::campaign::Campaign;
 use super::part::Task;
-use super::spec::Section5Experiment;
 use super::training_set::TrainingSet;
-use crate::data_figures::section::Section;
+use crate::data_figures::section::Made;
 use crate::error::BenchError;
+use crate::section_experiment::SectionExperiment;
 use crate::split::{REFERENCE, TrajectoryId, UNIQUE};
 
 /// Makes the table, the picture, the CSV files and the findings; `None` as long as a run is missing.
 ///
 /// # Errors
 /// `Experiment`; `Fit`, `MultiTask` or `Dynamics` if a model or a run fails; `Picture`.
-pub fn make(
-    experiment: &Section5Experiment,
-    campaign: &Campaign,
-) -> Result<Option<Section>, BenchError> {
+pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let settings: Settings = experiment.settings(campaign.profile)?;
-    let set = settings.training_set(&experiment.name)?;
-    let followed = settings.followed(&experiment.name)?;
+    let set = settings.training_set();
+    let followed = &settings.followed;
     let plant = Plant::new()?;
     let prepare = |bench| sources(bench, &plant, &set, &settings);
 
@@ -52,20 +49,20 @@ pub fn make(
         .collect();
     let rows: Option<Vec<Vec<Vec<Row>>>> =
         campaign.parts(experiment, &sweeps, prepare, |sources, &load| {
-            sweep(sources, &settings, &followed, load)
+            sweep(sources, &settings, load)
         })?;
     let once = |label: &str| [Task::new(label, ())];
     let contact = campaign.parts(experiment, &once("the wall"), prepare, |sources, ()| {
-        contact(sources, &settings, &experiment.name)
+        contact(sources, &settings)
     })?;
     let switched = campaign.parts(
         experiment,
         &once("changes of load"),
         prepare,
-        |sources, ()| changes(sources, &settings, &experiment.name),
+        |sources, ()| changes(sources, &settings),
     )?;
     let finer = campaign.parts(experiment, &once("finer steps"), prepare, |sources, ()| {
-        check_integration(sources, &settings, loads[0], &followed)
+        check_integration(sources, &settings, loads[0])
     })?;
     let found = rows.zip(contact).zip(switched).zip(finer);
     let Some((((rows, contact), switched), finer)) = found else {
@@ -113,7 +110,6 @@ fn is_trained_on(id: TrajectoryId, set: &TrainingSet) -> bool {
 fn sweep(
     sources: &Sources<'_>,
     settings: &Settings,
-    followed: &[TrajectoryId],
     load: usize,
 ) -> Result<Vec<Vec<Row>>, BenchError> {
     let learned = sources.learn(load)?;
@@ -122,7 +118,10 @@ fn sweep(
         settings,
         wall: None,
     };
-    let rows = followed.iter().map(|id| sweep.rows(*id, &[&learned]));
+    let rows = settings
+        .followed
+        .iter()
+        .map(|id| sweep.rows(*id, &[&learned]));
     rows.collect()
 }
 
@@ -131,9 +130,8 @@ fn check_integration(
     sources: &Sources<'_>,
     settings: &Settings,
     load: usize,
-    followed: &[TrajectoryId],
 ) -> Result<f64, BenchError> {
-    let Some(id) = followed.last() else {
+    let Some(id) = settings.followed.last() else {
         return Ok(0.0);
     };
     let learned = sources.learn(load)?;
@@ -151,8 +149,8 @@ fn check_integration(
 }
 
 /// Runs into the wall; none if its load is not among those that are carried.
-fn contact(sources: &Sources<'_>, settings: &Settings, name: &str) -> Result<Vec<Row>, BenchError> {
-    let id = settings.wall.trajectory(name)?;
+fn contact(sources: &Sources<'_>, settings: &Settings) -> Result<Vec<Row>, BenchError> {
+    let id = settings.wall.trajectory;
     let wall = sources.plant.wall(id.path_idx, &settings.wall);
     let sweep = Sweep {
         sources,
@@ -166,12 +164,8 @@ fn contact(sources: &Sources<'_>, settings: &Settings, name: &str) -> Result<Vec
 }
 
 /// Changes of load in mid-motion.
-fn changes(
-    sources: &Sources<'_>,
-    settings: &Settings,
-    name: &str,
-) -> Result<Vec<switch::Change>, BenchError> {
-    let id = settings.switch.trajectory(name)?;
+fn changes(sources: &Sources<'_>, settings: &Settings) -> Result<Vec<switch::Change>, BenchError> {
+    let id = settings.switch.trajectory;
     let reference = sources.plant.reference(id)?;
     let x = sources.plant.desired(&reference)?;
     let tables = sources.all_loads(x.as_ref())?;

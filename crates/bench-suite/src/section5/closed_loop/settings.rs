@@ -2,8 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::error::BenchError;
-use crate::section5::training_set::{TrainingSet, trajectories};
+use crate::section5::training_set::{TrainingSet, trajectories, trajectory};
 use crate::split::TrajectoryId;
 
 /// Settings of a profile.
@@ -13,13 +12,15 @@ pub struct Settings {
     /// Training samples of a joint, of all loads together.
     pub n_total: usize,
     /// Trajectories not trained on, whole.
-    held_out: Vec<String>,
+    #[serde(deserialize_with = "trajectories")]
+    pub held_out: Vec<TrajectoryId>,
     /// Known loads that the arm carries, from 1.
     pub loads: Vec<usize>,
     /// Samples of c15 that the models adapt to.
     pub new_samples: usize,
     /// Trajectories that the arm follows.
-    followed: Vec<String>,
+    #[serde(deserialize_with = "trajectories")]
+    pub followed: Vec<TrajectoryId>,
     /// Bandwidths of the gains, rad/s, ascending.
     pub bandwidths: Vec<f64>,
     /// Damping ratio of the gains.
@@ -37,7 +38,8 @@ pub struct Settings {
 #[serde(deny_unknown_fields)]
 pub struct Obstacle {
     /// Trajectory that leads into it.
-    trajectory: String,
+    #[serde(deserialize_with = "trajectory")]
+    pub trajectory: TrajectoryId,
     /// Load that the arm carries, from 1.
     pub load: usize,
     /// Distance from the path's centre, as a part of the path's half width.
@@ -53,7 +55,8 @@ pub struct Obstacle {
 #[serde(deny_unknown_fields)]
 pub struct Switch {
     /// Trajectory that the arm follows.
-    trajectory: String,
+    #[serde(deserialize_with = "trajectory")]
+    pub trajectory: TrajectoryId,
     /// Loads before and after, from 1.
     pub pairs: Vec<(usize, usize)>,
     /// Bandwidth of the gains, rad/s.
@@ -70,44 +73,9 @@ pub struct Switch {
 
 impl Settings {
     /// What the models are trained on.
-    ///
-    /// # Errors
-    /// `Experiment` for a trajectory that does not exist.
-    pub fn training_set(&self, name: &str) -> Result<TrainingSet, BenchError> {
-        TrainingSet::holding_out(name, self.n_total, &self.held_out)
+    pub fn training_set(&self) -> TrainingSet {
+        TrainingSet::holding_out(self.n_total, self.held_out.clone())
     }
-
-    /// The trajectories that the arm follows.
-    ///
-    /// # Errors
-    /// `Experiment` for one that does not exist.
-    pub fn followed(&self, name: &str) -> Result<Vec<TrajectoryId>, BenchError> {
-        trajectories(name, &self.followed)
-    }
-}
-
-impl Obstacle {
-    /// The trajectory that leads into the wall.
-    ///
-    /// # Errors
-    /// `Experiment` for one that does not exist.
-    pub fn trajectory(&self, name: &str) -> Result<TrajectoryId, BenchError> {
-        trajectory(name, &self.trajectory)
-    }
-}
-
-impl Switch {
-    /// The trajectory on which the load changes.
-    ///
-    /// # Errors
-    /// `Experiment` for one that does not exist.
-    pub fn trajectory(&self, name: &str) -> Result<TrajectoryId, BenchError> {
-        trajectory(name, &self.trajectory)
-    }
-}
-
-fn trajectory(experiment: &str, run: &str) -> Result<TrajectoryId, BenchError> {
-    Ok(trajectories(experiment, &[run.to_string()])?[0])
 }
 
 #[cfg(test)]
@@ -115,7 +83,7 @@ impl Obstacle {
     /// Half-way to the side.
     pub fn sample() -> Self {
         Self {
-            trajectory: "p2s4".to_string(),
+            trajectory: crate::split::UNIQUE[4], // (p2,s4)
             load: 3,
             share: 0.5,
             stiffness: 1e4,

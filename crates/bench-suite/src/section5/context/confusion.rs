@@ -41,11 +41,7 @@ pub fn report(
     }
     let header = ["samples are", "noise (N·m)"].map(String::from);
     let counts = settings.counts.iter().map(|count| format!("n = {count}"));
-    section.table = Some(TextTable {
-        header: header.into_iter().chain(counts).collect(),
-        rows,
-        n_left: 1,
-    });
+    section.table = Some(TextTable::new(1, header.into_iter().chain(counts), rows));
     let header = "samples,torque_noise,count,load,said,trials";
     section.file("context_confusion.csv", csv(header, numbers));
     found(trials, settings, section);

@@ -15,25 +15,21 @@ use self::settings::Settings;
 use self::trials::{Layout, Place, Trial};
 use super::campaign::Campaign;
 use super::part::Task;
-use super::spec::Section5Experiment;
-use crate::data_figures::section::Section;
-use crate::error::BenchError;
+use crate::data_figures::section::{Made, Section};
+use crate::section_experiment::SectionExperiment;
 
 /// Makes the tables, the picture and the findings; `None` as long as a trial is missing.
 ///
 /// # Errors
 /// `Experiment`; those of the models, of eq. (21) and of the picture.
-pub fn make(
-    experiment: &Section5Experiment,
-    campaign: &Campaign,
-) -> Result<Option<Section>, BenchError> {
+pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let settings: Settings = experiment.settings(campaign.profile)?;
-    let set = settings.training_set(&experiment.name)?;
-    let tested = settings.tested(&experiment.name)?;
+    let set = settings.training_set();
+    let tested = &settings.tested;
 
     let places: Vec<Task<Place>> = Layout::ALL
         .into_iter()
-        .flat_map(|layout| Place::all(layout, &tested, &settings))
+        .flat_map(|layout| Place::all(layout, tested, &settings))
         .map(|place| Task::new(place.label(), place))
         .collect();
     let trials: Option<Vec<Vec<Trial>>> = campaign.parts(
@@ -42,7 +38,7 @@ pub fn make(
         |bench| Ok((bench, bench.trained(&set)?)),
         |(bench, trained), place| place.trials(&trained.mgp, &bench.data, &settings),
     )?;
-    let changes = switching::outcomes(experiment, campaign, &set, &tested, &settings)?;
+    let changes = switching::outcomes(experiment, campaign, &set, &settings)?;
     let Some((trials, changes)) = trials.zip(changes) else {
         return Ok(None);
     };
@@ -50,7 +46,7 @@ pub fn make(
     let trials: Vec<Trial> = trials.into_iter().flatten().collect();
     let mut section = Section::default();
     confusion::report(&trials, &settings, &mut section)?;
-    unknown::report(&trials, &tested, &settings, &mut section)?;
+    unknown::report(&trials, &settings, &mut section)?;
     switching::report(&changes, &settings, &mut section);
     Ok(Some(section))
 }

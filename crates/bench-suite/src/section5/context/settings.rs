@@ -3,7 +3,6 @@
 use serde::Deserialize;
 
 use super::super::training_set::{TrainingSet, trajectories};
-use crate::error::BenchError;
 use crate::split::TrajectoryId;
 
 /// Settings of a profile.
@@ -13,9 +12,11 @@ pub struct Settings {
     /// Training samples of a joint.
     pub n_total: usize,
     /// Trajectories not trained on.
-    held_out: Vec<String>,
+    #[serde(deserialize_with = "trajectories")]
+    pub held_out: Vec<TrajectoryId>,
     /// Trajectories that the trials are on.
-    tested: Vec<String>,
+    #[serde(deserialize_with = "trajectories")]
+    pub tested: Vec<TrajectoryId>,
     /// Places on each of them where trials begin.
     pub places: usize,
     /// Numbers of samples, ascending.
@@ -41,36 +42,25 @@ impl Settings {
     }
 
     /// What the models are trained on.
-    ///
-    /// # Errors
-    /// `Experiment` for a trajectory that does not exist.
-    pub fn training_set(&self, name: &str) -> Result<TrainingSet, BenchError> {
-        TrainingSet::holding_out(name, self.n_total, &self.held_out)
-    }
-
-    /// The trajectories of the trials.
-    ///
-    /// # Errors
-    /// `Experiment` for one that does not exist.
-    pub fn tested(&self, name: &str) -> Result<Vec<TrajectoryId>, BenchError> {
-        trajectories(name, &self.tested)
+    pub fn training_set(&self) -> TrainingSet {
+        TrainingSet::holding_out(self.n_total, self.held_out.clone())
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::spec::Section5Experiment;
     use super::*;
+    use crate::section_experiment::{Kind, SectionExperiment};
     use crate::spec::Profile;
 
     #[test]
     fn trials_are_on_trajectories_without_a_training_sample() {
-        let all = Section5Experiment::all().unwrap();
+        let all = SectionExperiment::all(Kind::Section5).unwrap();
         let experiment = all.iter().find(|one| one.name == "context").unwrap();
         for profile in [Profile::Smoke, Profile::Full] {
             let settings: Settings = experiment.settings(profile).unwrap();
-            let set = settings.training_set("context").unwrap();
-            for trajectory in settings.tested("context").unwrap() {
+            let set = settings.training_set();
+            for trajectory in settings.tested {
                 let rows = trajectory.rows();
                 let is_trained = |load| set.rows(load).iter().any(|row| rows.contains(row));
                 assert!(!(1..=14).any(is_trained), "{trajectory:?}");

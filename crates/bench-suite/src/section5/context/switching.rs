@@ -15,11 +15,11 @@ use super::trials::SEED;
 use crate::data_figures::section::{Section, csv};
 use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
+use crate::section_experiment::SectionExperiment;
 use crate::section5::bench::Bench;
 use crate::section5::campaign::Campaign;
 use crate::section5::normal::normals;
 use crate::section5::part::Task;
-use crate::section5::spec::Section5Experiment;
 use crate::section5::training_set::TrainingSet;
 use crate::seed::{sample_indices, stream};
 use crate::split::{N_SAMPLES, TrajectoryId};
@@ -61,15 +61,14 @@ pub type OfWindow = (usize, Vec<Outcome>);
 /// # Errors
 /// `MultiTask`, `Dynamics`.
 pub fn outcomes(
-    experiment: &Section5Experiment,
+    experiment: &SectionExperiment,
     campaign: &Campaign,
     set: &TrainingSet,
-    tested: &[TrajectoryId],
     settings: &Settings,
 ) -> Result<Option<Vec<OfWindow>>, BenchError> {
     let mut tasks = Vec::new();
     for &window in &settings.windows {
-        tasks.extend(tested.iter().map(|&trajectory| {
+        tasks.extend(settings.tested.iter().map(|&trajectory| {
             let label = format!("changes on {trajectory}, window {window}");
             Task::new(label, (window, trajectory))
         }));
@@ -89,7 +88,7 @@ pub fn outcomes(
     let of_window =
         |(idx, outcomes): (usize, &[Vec<Outcome>])| (settings.windows[idx], outcomes.concat());
     let by_window = |outcomes: Vec<Vec<Outcome>>| {
-        let windows = outcomes.chunks(tested.len()).enumerate();
+        let windows = outcomes.chunks(settings.tested.len()).enumerate();
         windows.map(of_window).collect()
     };
     Ok(outcomes.map(by_window))

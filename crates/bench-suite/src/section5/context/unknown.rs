@@ -72,13 +72,12 @@ impl Alarms {
 fn alarms(
     trials: &[&Trial],
     count_idx: usize,
-    tested: &[TrajectoryId],
     against: Against,
-    level: f64,
+    settings: &Settings,
 ) -> Result<[Alarms; 2], BenchError> {
     let surprise = |trial: &Trial| trial.by_count[count_idx].surprise();
     let mut alarms = [Alarms::default(); 2];
-    for &trajectory in tested {
+    for &trajectory in &settings.tested {
         let known = trials.iter().filter(|trial| trial.load != UNKNOWN);
         let known = known.filter(|trial| against.calibrates(trial, trajectory));
         let calibrations = calibrations(known.copied(), against, surprise)?;
@@ -86,7 +85,7 @@ fn alarms(
             .iter()
             .filter(|trial| against.judges(trial, trajectory))
         {
-            let is_alarm = largest_p_value(&calibrations, surprise(trial)) <= level;
+            let is_alarm = largest_p_value(&calibrations, surprise(trial)) <= settings.level;
             alarms[usize::from(trial.load == UNKNOWN)].count(is_alarm);
         }
     }
@@ -125,7 +124,6 @@ fn calibrations<'a>(
 /// `MultiTask` without trials to calibrate on.
 pub fn report(
     trials: &[Trial],
-    tested: &[TrajectoryId],
     settings: &Settings,
     section: &mut Section,
 ) -> Result<(), BenchError> {
@@ -136,8 +134,7 @@ pub fn report(
             let of_noise: Vec<&Trial> = trials.iter().filter(is_in).collect();
             for (count_idx, count) in settings.counts.iter().enumerate() {
                 for against in Against::ALL {
-                    let level = settings.level;
-                    let [known, unknown] = alarms(&of_noise, count_idx, tested, against, level)?;
+                    let [known, unknown] = alarms(&of_noise, count_idx, against, settings)?;
                     let labels = [layout.name(), against.name()].map(String::from);
                     let place = [*noise, *count as f64];
                     let rates = [known.rate(), unknown.rate()];

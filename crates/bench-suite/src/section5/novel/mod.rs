@@ -16,12 +16,11 @@ use super::bench::Bench;
 use super::campaign::Campaign;
 use super::normal::normals;
 use super::part::Task;
-use super::spec::Section5Experiment;
 use super::training_set::{SPLIT_SEED, TrainingSet};
-use crate::data_figures::section::Section;
+use crate::data_figures::section::{Made, Section};
 use crate::dataset::N_JOINTS;
-use crate::error::BenchError;
 use crate::multi::draw::nested;
+use crate::section_experiment::SectionExperiment;
 use crate::seed::stream;
 use crate::split::Split;
 
@@ -32,10 +31,7 @@ const SEED: &str = "novel-load";
 ///
 /// # Errors
 /// `Experiment`, and those of the models and the picture.
-pub fn make(
-    experiment: &Section5Experiment,
-    campaign: &Campaign,
-) -> Result<Option<Section>, BenchError> {
+pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let settings: Settings = experiment.settings(campaign.profile)?;
     let split = Split::draw(SPLIT_SEED, settings.load);
     let scores: Option<Vec<Vec<Score>>> = campaign.parts(

@@ -27,11 +27,7 @@ pub fn report(scores: &[Score], settings: &Settings, section: &mut Section) {
     }
     let header = ["nMSE, joints 2 to 6", "noise (N·m)"].map(String::from);
     let counts = settings.counts.iter().map(|count| format!("n = {count}"));
-    section.table = Some(TextTable {
-        header: header.into_iter().chain(counts).collect(),
-        rows,
-        n_left: 1,
-    });
+    section.table = Some(TextTable::new(1, header.into_iter().chain(counts), rows));
     let line = |one: &Score| {
         let labels = [
             one.learner.name().replace(", ", " "),

@@ -46,14 +46,7 @@ pub fn section(lines: &[Line]) -> Section {
             format!("{:.3}", line.noise_std),
         ]
     };
-    let mut section = Section {
-        table: Some(TextTable {
-            header: header.map(String::from).to_vec(),
-            rows: lines.iter().map(row).collect(),
-            n_left: 4,
-        }),
-        ..Section::default()
-    };
+    let mut section = Section::of_table(TextTable::new(4, header, lines.iter().map(row)));
     let numbers = lines.iter().map(|line| {
         let counts = [line.n_loads, line.joint, line.n].map(|count| count.to_string());
         let labels = counts.into_iter().chain([format!("\"{}\"", line.model)]);

@@ -4,7 +4,7 @@ use torque_model::TorqueFunction;
 
 use super::line::Line;
 use crate::error::BenchError;
-use crate::metrics::nmse;
+use crate::metrics::nmse_of_sets;
 use crate::rigid_body::parameters::Knowledge;
 use crate::rigid_body::rows::Regressors;
 use crate::rigid_body::{JointModel, RigidBodyForm};
@@ -16,7 +16,7 @@ use crate::split::{N_ROWS, Split};
 /// Scores of all models of a joint, averaged over the loads.
 ///
 /// # Errors
-/// `Fit`, `MultiTask`, and those of [`nmse`].
+/// `Fit`, `MultiTask`, and those of [`nmse_of_sets`].
 pub fn lines(
     bench: &Bench,
     regressors: &Regressors<'_>,
@@ -91,11 +91,10 @@ impl<'a> TestSets<'a> {
             let rows = &split.extrap;
             let means = predict(task, rows)?;
             let truth = self.bench.data.torques(task + 1, self.joint, rows);
-            let places = split.interp_in_extrap();
-            let at = |values: &[f64]| places.iter().map(|&i| values[i]).collect::<Vec<f64>>();
-            let m = self.splits.len() as f64;
-            sums[0] += nmse(&at(&means), &at(&truth))? / m;
-            sums[1] += nmse(&means, &truth)? / m;
+            let scores = nmse_of_sets(split, &means, &truth)?;
+            for (sum, score) in sums.iter_mut().zip(scores) {
+                *sum += score / self.splits.len() as f64;
+            }
         }
         Ok(sums)
     }

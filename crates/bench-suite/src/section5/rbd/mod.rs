@@ -14,11 +14,10 @@ use self::line::Line;
 use super::bench::Bench;
 use super::campaign::Campaign;
 use super::part::Task;
-use super::spec::Section5Experiment;
 use super::training_set::TrainingSet;
-use crate::data_figures::section::Section;
-use crate::error::BenchError;
+use crate::data_figures::section::Made;
 use crate::rigid_body::rows::Regressors;
+use crate::section_experiment::SectionExperiment;
 
 /// Settings of a profile.
 #[derive(Debug, Deserialize)]
@@ -38,10 +37,7 @@ struct Settings {
 ///
 /// # Errors
 /// `Experiment`, and those of the fits.
-pub fn make(
-    experiment: &Section5Experiment,
-    campaign: &Campaign,
-) -> Result<Option<Section>, BenchError> {
+pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let settings: Settings = experiment.settings(campaign.profile)?;
     let mut cells = Vec::new();
     for &joint in &settings.joints {

@@ -3,7 +3,7 @@
 use super::line::Line;
 use crate::cell::ModelKind;
 use crate::error::BenchError;
-use crate::metrics::nmse;
+use crate::metrics::nmse_of_sets;
 use crate::models::Fitted;
 use crate::rigid_body::parameters::Knowledge;
 use crate::rigid_body::rows::Regressors;
@@ -18,7 +18,7 @@ type Scores = [f64; 3];
 /// All models of a joint at one size, averaged over the loads.
 ///
 /// # Errors
-/// `Fit`, and those of [`nmse`].
+/// `Fit`, and those of [`nmse_of_sets`].
 pub fn lines(
     bench: &Bench,
     regressors: &Regressors<'_>,
@@ -65,7 +65,10 @@ fn of_load(
     let test = regressors.states(joint, &split.extrap);
     let targets = bench.data.torques(load, joint, &subset);
     let truth = bench.data.torques(load, joint, &split.extrap);
-    let scored = |means: &[f64], noise_std: f64| scores(&split, means, &truth, noise_std);
+    let scored = |means: &[f64], noise_std: f64| {
+        let [interp, extrap] = nmse_of_sets(&split, means, &truth)?;
+        Ok::<Scores, BenchError>([interp, extrap, noise_std])
+    };
 
     let gp = Fitted::fit(ModelKind::GpCoulomb, samples.x.as_ref(), &targets)?;
     let noise_std = gp.summary().map_or(f64::NAN, |fit| fit.noise_std);
@@ -81,19 +84,4 @@ fn of_load(
         }
     }
     Ok(all)
-}
-
-fn scores(
-    split: &Split,
-    means: &[f64],
-    truth: &[f64],
-    noise_std: f64,
-) -> Result<Scores, BenchError> {
-    let places = split.interp_in_extrap();
-    let at = |values: &[f64]| places.iter().map(|&i| values[i]).collect::<Vec<f64>>();
-    Ok([
-        nmse(&at(means), &at(truth))?,
-        nmse(means, truth)?,
-        noise_std,
-    ])
 }

@@ -19,12 +19,12 @@ use self::settings::Settings;
 use super::bench::Bench;
 use super::campaign::Campaign;
 use super::part::Task;
-use super::spec::Section5Experiment;
 use super::trained::{Trained, process_of};
 use super::training_set::TrainingSet;
-use crate::data_figures::section::{Section, csv};
+use crate::data_figures::section::{Made, Section, csv};
 use crate::error::BenchError;
 use crate::report::text_table::TextTable;
+use crate::section_experiment::SectionExperiment;
 
 /// One joint under one way of predicting.
 #[derive(Serialize, Deserialize)]
@@ -47,10 +47,7 @@ struct OfJoint {
 ///
 /// # Errors
 /// `Experiment`, and those of the fits and chains.
-pub fn make(
-    experiment: &Section5Experiment,
-    campaign: &Campaign,
-) -> Result<Option<Section>, BenchError> {
+pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let settings: Settings = experiment.settings(campaign.profile)?;
     let set = TrainingSet::of_table_2(settings.n_total);
     let joints = settings.joints.iter();
@@ -165,14 +162,7 @@ fn section(results: &[OfJoint]) -> Section {
             numbers.push((labels, values.collect()));
         }
     }
-    let mut section = Section {
-        table: Some(TextTable {
-            header: header.map(String::from).to_vec(),
-            rows,
-            n_left: 2,
-        }),
-        ..Section::default()
-    };
+    let mut section = Section::of_table(TextTable::new(2, header, rows));
     let header = "joint,hyperparameters,coverage_interp,log_density_interp,coverage_extrap,log_density_extrap";
     section.file("section5_sampled.csv", csv(header, numbers));
     add_findings(&mut section, results);

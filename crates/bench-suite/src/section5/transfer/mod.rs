@@ -13,18 +13,14 @@ pub use self::curve::{Axis, Curve, CurveRecord, Learner, Score};
 pub use self::measure::measure;
 use self::settings::Settings;
 use super::campaign::Campaign;
-use super::spec::Section5Experiment;
-use crate::data_figures::section::Section;
-use crate::error::BenchError;
+use crate::data_figures::section::{Made, Section};
+use crate::section_experiment::SectionExperiment;
 
 /// Makes the table, the picture and the findings; `None` as long as a curve is missing.
 ///
 /// # Errors
 /// `Experiment`, and those of the models and the picture.
-pub fn make(
-    experiment: &Section5Experiment,
-    campaign: &Campaign,
-) -> Result<Option<Section>, BenchError> {
+pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let settings: Settings = experiment.settings(campaign.profile)?;
     let records = campaign.complete(&experiment.name, settings.curves(), Ok, |bench, curve| {
         measure(curve, &bench.data)

@@ -74,11 +74,7 @@ pub(super) fn report(records: &[CurveRecord], settings: &Settings, section: &mut
     let header = ["what grows", "number"].into_iter();
     let header = header.chain(Learner::ALL.map(Learner::name));
     let header = header.chain(["mGP / sGP", "mGP below sGP"]);
-    section.table = Some(TextTable {
-        header: header.map(String::from).collect(),
-        rows,
-        n_left: 1,
-    });
+    section.table = Some(TextTable::new(1, header, rows));
     section.file("transfer.csv", scores(records));
     others_help(&means, settings, section);
     samples_help(&means, settings, section);

@@ -1,4 +1,4 @@
-//! Experiments of kind `section5`: what they are called, and the settings of each profile.
+//! Experiments that make one section of the report each: those of kind `data` and those of kind `section5`.
 
 use std::collections::BTreeMap;
 
@@ -9,11 +9,16 @@ use crate::error::BenchError;
 use crate::experiment_file::{self, experiment_files};
 use crate::spec::{Profile, Prose};
 
-/// Name that chooses all of them on the command line.
-pub const GROUP: &str = "section5";
-
-/// Sources of the experiments, in the order in which they are made.
-const SOURCES: [(&str, &str); 7] = experiment_files![
+/// Sources of the experiments: those about the data in the order of the chapter, the others in that in which they are
+/// made.
+const SOURCES: [(&str, &str); 14] = experiment_files![
+    "fig02.toml",
+    "table1.toml",
+    "fig03.toml",
+    "fig04.toml",
+    "fig05.toml",
+    "fig06.toml",
+    "table2.toml",
     "models.toml",
     "context.toml",
     "novel.toml",
@@ -26,35 +31,40 @@ const SOURCES: [(&str, &str); 7] = experiment_files![
 /// What an experiment works with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Kind {
-    /// Models of many loads, fitted once for all experiments.
+pub enum Kind {
+    /// The samples alone: no model, no profile, no seed.
+    Data,
+    /// Models of many loads, fitted once for all experiments; beyond the chapter's own.
     Section5,
 }
 
-/// An experiment beyond the chapter's own.
+/// A figure or table about the data, or an experiment beyond the chapter's own.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Section5Experiment {
+pub struct SectionExperiment {
     /// Name on the command line.
     pub name: String,
     /// Caption.
     pub title: String,
-    /// Always `section5`.
-    kind: Kind,
+    /// What it works with.
+    pub kind: Kind,
     /// Settings of each profile, which the experiment's module reads.
+    #[serde(default)]
     profile: BTreeMap<Profile, toml::Table>,
     /// Prose.
     pub text: Prose,
 }
 
-impl Section5Experiment {
-    /// Every experiment of this kind, in the order in which they are made.
+impl SectionExperiment {
+    /// Every experiment of a kind, in the order in which they are made.
     ///
     /// # Errors
     /// `Experiment` if a description does not follow the format.
-    pub fn all() -> Result<Vec<Self>, BenchError> {
+    pub fn all(kind: Kind) -> Result<Vec<Self>, BenchError> {
         let parse = |(name, source): &(&str, &str)| Self::parse(name, source);
-        SOURCES.iter().map(parse).collect()
+        let mut all = SOURCES.iter().map(parse).collect::<Result<Vec<_>, _>>()?;
+        all.retain(|experiment| experiment.kind == kind);
+        Ok(all)
     }
 
     /// Reads one description.
@@ -65,12 +75,12 @@ impl Section5Experiment {
         experiment_file::parse(name, source)
     }
 
-    /// The names on the command line.
+    /// The names of a kind on the command line.
     ///
     /// # Errors
     /// As [`Self::all`].
-    pub fn names() -> Result<Vec<String>, BenchError> {
-        let all = Self::all()?;
+    pub fn names(kind: Kind) -> Result<Vec<String>, BenchError> {
+        let all = Self::all(kind)?;
         Ok(all.into_iter().map(|experiment| experiment.name).collect())
     }
 
@@ -87,6 +97,11 @@ impl Section5Experiment {
         let settings = table.clone().try_into();
         settings.map_err(|error: toml::de::Error| refuse(error.to_string()))
     }
+
+    /// The profiles that it has settings of.
+    pub fn profiles(&self) -> impl Iterator<Item = Profile> {
+        self.profile.keys().copied()
+    }
 }
 
 #[cfg(test)]
@@ -94,10 +109,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_named_after_its_experiment_and_has_both_profiles() {
-        for (experiment, (file, _)) in Section5Experiment::all().unwrap().iter().zip(SOURCES) {
+    fn a_file_is_named_after_its_experiment_and_has_the_profiles_of_its_kind() {
+        let [data, section5] =
+            [Kind::Data, Kind::Section5].map(|kind| SectionExperiment::all(kind).unwrap());
+        for (experiment, (file, _)) in data.iter().chain(&section5).zip(SOURCES) {
             assert_eq!(format!("{}.toml", experiment.name), file);
-            assert_eq!(experiment.profile.len(), 2, "{file}");
+            let n_profiles = if experiment.kind == Kind::Data { 0 } else { 2 };
+            assert_eq!(experiment.profile.len(), n_profiles, "{file}");
         }
     }
 
@@ -106,7 +124,7 @@ mod tests {
         #[derive(Debug, Deserialize)]
         #[serde(deny_unknown_fields)]
         struct Other {}
-        let models = &Section5Experiment::all().unwrap()[0];
+        let models = &SectionExperiment::all(Kind::Section5).unwrap()[0];
         let error = models.settings::<Other>(Profile::Smoke).unwrap_err();
         let message = error.to_string();
         assert!(
