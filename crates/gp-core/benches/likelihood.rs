@@ -13,8 +13,8 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use gp_core::{LikelihoodOptions, LogMarginal, Method};
 use gp_core::evidence::evidence;
+use gp_core::{LikelihoodOptions, LogMarginal, Method};
 use kernels::Covariance;
 
 #[path = "../tests/curves.rs"]

@@ -1,8 +1,8 @@
 //! The low-rank path: its value within its bound, its gradient, its repeatability.
 
 use faer::Mat;
-use gp_core::{LikelihoodOptions, LogMarginal, Method, MethodUsed};
 use gp_core::evidence::{Evidence, evidence};
+use gp_core::{LikelihoodOptions, LogMarginal, Method, MethodUsed};
 use kernels::{Covariance, TorqueCovariance};
 use proptest::prelude::*;
 

@@ -2,8 +2,8 @@
 //! 50-digit arithmetic.
 
 use faer::mat;
-use gp_core::log_marginal_likelihood;
 use gp_core::evidence::log_marginal_likelihood_with_gradient;
+use gp_core::log_marginal_likelihood;
 use kernels::Constant;
 
 use crate::fixture::{Case, case, conditioning_error, likelihood_rows};

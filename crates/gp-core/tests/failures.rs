@@ -1,8 +1,8 @@
 //! Bad data is refused with its place; degenerate data is not an error.
 
 use faer::{Mat, mat};
-use gp_core::{BayesLinear, FitOptions, GpError, LinearForm, Posterior, fit};
 use gp_core::fit::{chapter_start, fit_from};
+use gp_core::{BayesLinear, FitOptions, GpError, LinearForm, Posterior, fit};
 use kernels::{TorqueCovariance, TorqueForm};
 
 use crate::samples::uniform_inputs;

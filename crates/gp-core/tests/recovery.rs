@@ -1,10 +1,12 @@
 //! Fits to data whose hyperparameters are known.
 
 use faer::Mat;
-use gp_core::{Fit, FitOptions, LikelihoodOptions, LogMarginal, Posterior, fit, log_marginal_likelihood};
 use gp_core::fit::fit_from;
 use gp_core::optimize::StopReason;
 use gp_core::search::{Distance, Limits, SearchScheme, Start, refine, search};
+use gp_core::{
+    Fit, FitOptions, LikelihoodOptions, LogMarginal, Posterior, fit, log_marginal_likelihood,
+};
 use kernels::{SeArd, TorqueCovariance, TorqueForm, TorqueParams};
 use proptest::prelude::*;
 

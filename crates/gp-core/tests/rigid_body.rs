@@ -1,8 +1,8 @@
 //! Sec. 3.2: the prior of a rigid-body model, against linear regression one sample at a time.
 
 use faer::{Mat, MatRef};
-use gp_core::{FitOptions, GpError, Posterior, Starts, log_marginal_likelihood};
 use gp_core::fit::{ParameterPrior, RegressorSamples, fit_rigid_body, fit_rigid_body_and_process};
+use gp_core::{FitOptions, GpError, Posterior, Starts, log_marginal_likelihood};
 use kernels::{RigidBody, TorqueForm};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,8 +1,8 @@
 //! Data drawn from a Gaussian process whose hyperparameters are known.
 
 use faer::Mat;
-use gp_core::Factor;
 use kernels::Covariance;
+use linalg::Factor;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -150,18 +150,5 @@ pub(crate) fn require_inputs(x: MatRef<'_, f64>, expected: usize) -> Result<(), 
     if found != expected {
         return Err(GpError::WrongCovariates { found, expected }.into());
     }
-    Ok(require_finite_inputs(x)?)
-}
-
-/// Fails on the first input that is NaN or infinite.
-pub(crate) fn require_finite_inputs(x: MatRef<'_, f64>) -> Result<(), GpError> {
-    for row in 0..x.nrows() {
-        for column in 0..x.ncols() {
-            let value = x[(row, column)];
-            if !value.is_finite() {
-                return Err(GpError::NonFiniteInput { row, column, value });
-            }
-        }
-    }
-    Ok(())
+    Ok(gp_core::data::require_finite_inputs(x)?)
 }

@@ -1,8 +1,8 @@
 //! Data at the edges: what is refused, and what has an answer although it says little.
 
 use faer::Mat;
-use gp_core::{GpError, LikelihoodOptions, Method, Posterior};
 use gp_core::evidence::evidence;
+use gp_core::{GpError, LikelihoodOptions, Method, Posterior};
 use kernels::{TorqueCovariance, TorqueForm};
 use mtgp::{MtgpError, MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor, with_task};
 

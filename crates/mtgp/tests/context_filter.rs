@@ -3,7 +3,10 @@
 use allocation_counter::measure;
 use faer::{Mat, mat};
 use gp_core::{LikelihoodOptions, Method, Posterior};
-use mtgp::context::{ContextFilter, ContextPrior, ContextTracker, ContextTransition, JointTorques, Outliers, context_evidence};
+use mtgp::context::{
+    ContextFilter, ContextPrior, ContextTracker, ContextTransition, JointTorques, Outliers,
+    context_evidence,
+};
 use mtgp::{MtgpError, MultiTaskCovariance};
 
 use crate::eq_21::{assert_close, dense};

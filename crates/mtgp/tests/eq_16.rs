@@ -1,8 +1,8 @@
 //! Eq. (16): likelihood, gradient and posterior of the multi-task prior, against 50-digit arithmetic.
 
 use faer::Mat;
-use gp_core::{LikelihoodOptions, Method, Posterior};
 use gp_core::evidence::{Evidence, evidence};
+use gp_core::{LikelihoodOptions, Method, Posterior};
 use kernels::Covariance;
 
 use crate::fixture::{Case, case, joint_covariance, predictions};

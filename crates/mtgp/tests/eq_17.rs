@@ -1,10 +1,11 @@
 //! Eq. (17): a complete block by eigendecompositions is the same process as by the whole matrix.
 
 use faer::{Mat, mat};
-use gp_core::{Factor, FitOptions, Likelihood, LikelihoodOptions, LogMarginal, Posterior};
 use gp_core::evidence::{information, log_marginal_likelihood_with_gradient};
 use gp_core::search::{SearchEnd, Start, refine, search};
+use gp_core::{FitOptions, Likelihood, LikelihoodOptions, LogMarginal, Posterior};
 use kernels::{Constant, Covariance, Jitter, TorqueCovariance, TorqueParams, Transform};
+use linalg::Factor;
 use mtgp::block::{BlockPosterior, CompleteBlock};
 use mtgp::prior::{TaskMatrix, TaskRegression};
 use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};

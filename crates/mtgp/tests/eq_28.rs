@@ -4,8 +4,8 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 use gp_core::LikelihoodOptions;
 use kernels::Covariance;
-use mtgp::{MultiTaskOptions, Stacked, StageOne, TaskFit, fit_pooled};
 use mtgp::fit::{augmented_k_task, augmented_targets};
+use mtgp::{MultiTaskOptions, Stacked, StageOne, TaskFit, fit_pooled};
 
 use crate::icm_draws::four_tasks_of_rank_two;
 

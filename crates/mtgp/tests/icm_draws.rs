@@ -1,8 +1,8 @@
 //! Torques drawn from eq. (16) with hyperparameters that are known.
 
 use faer::{Mat, MatRef};
-use gp_core::Factor;
 use kernels::{Covariance, TorqueCovariance, TorqueParams};
+use linalg::Factor;
 use mtgp::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,8 +1,8 @@
 //! Special cases of eq. (16) that single-task regression knows the answer to.
 
 use faer::Mat;
-use gp_core::{Posterior, log_marginal_likelihood};
 use gp_core::evidence::log_marginal_likelihood_with_gradient;
+use gp_core::{Posterior, log_marginal_likelihood};
 use kernels::{Covariance, TorqueCovariance};
 use mtgp::prior::TaskMatrix;
 use mtgp::{MultiTaskCovariance, Stacked, TaskCovariance, TaskFactor, with_task};

@@ -9,8 +9,6 @@
 mod all_tasks;
 mod bad_input;
 mod context_filter;
-#[path = "../../gp-core/tests/damaged_file.rs"]
-mod damaged_file;
 mod eq_16;
 mod eq_17;
 mod eq_18;
@@ -25,8 +23,6 @@ mod laws;
 mod layout;
 mod many_samples;
 mod memory;
-mod model_file;
-mod multi_task_models;
 mod novel_context;
 mod row_population;
 mod shared_factor;

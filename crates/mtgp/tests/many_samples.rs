@@ -1,8 +1,8 @@
 //! iGP and pGP beyond the number of samples that a dense matrix takes: they find the noise that was put in.
 
 use faer::Mat;
-use gp_core::{LikelihoodOptions, Method, MethodUsed};
 use gp_core::evidence::evidence;
+use gp_core::{LikelihoodOptions, Method, MethodUsed};
 use mtgp::{MultiTaskOptions, Stacked, TaskFit, fit_independent, fit_pooled};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

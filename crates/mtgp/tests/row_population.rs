@@ -2,9 +2,14 @@
 
 use faer::{Mat, MatRef};
 use gp_core::optimize::MinimizeOptions;
-use mtgp::context::{ContextModel, ContextPrior, ContextTracker, ContextTransition, JointTorques, WithTorqueNoise, context_evidence};
+use mtgp::context::{
+    ContextModel, ContextPrior, ContextTracker, ContextTransition, JointTorques, WithTorqueNoise,
+    context_evidence,
+};
 use mtgp::latent::{LatentFunctions, PredictiveDensity};
-use mtgp::novel::{Border, NewTorques, RowPopulation, fit_row, fit_row_from_population, log_density_of_row};
+use mtgp::novel::{
+    Border, NewTorques, RowPopulation, fit_row, fit_row_from_population, log_density_of_row,
+};
 use mtgp::prior::TaskRow;
 use mtgp::{MtgpError, with_task};
 
@@ -114,7 +119,7 @@ fn a_tracker_with_noise_that_forgets_nothing_is_the_batch_with_noise() {
 
 /// λ̄ ± √r · column of L for V = LLᵀ: their mean and covariance are λ̄ and V.
 fn sigma_rows(population: &RowPopulation) -> Vec<TaskRow> {
-    let l = gp_core::Factor::new(population.covariance().clone()).unwrap();
+    let l = linalg::Factor::new(population.covariance().clone()).unwrap();
     let rank = population.mean().len();
     let row = |column: usize, sign: f64| {
         let step = |c: usize| sign * (rank as f64).sqrt() * l.l()[(c, column)];
@@ -162,7 +167,7 @@ fn moments_of_a_drawn_row_are_those_of_the_mixture_over_rows() {
 /// log p(D* | D, λ) + log N(λ; λ̄, V), by definition, without constants.
 fn penalised(joints: &[NewTorques<'_>], population: &RowPopulation, row: &TaskRow) -> f64 {
     let entries = &row.entries;
-    let v = gp_core::Factor::new(population.covariance().clone()).unwrap();
+    let v = linalg::Factor::new(population.covariance().clone()).unwrap();
     let deviation: Vec<f64> = (entries.iter().zip(population.mean()))
         .map(|(entry, mean)| entry - mean)
         .collect();

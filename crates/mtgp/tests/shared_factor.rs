@@ -3,9 +3,12 @@
 use faer::Mat;
 use gp_core::Starts;
 use kernels::{TorqueCovariance, TorqueForm};
-use mtgp::prior::TaskMatrix;
-use mtgp::{MtgpError, MultiTaskCovariance, MultiTaskOptions, Stacked, StageOne, TaskCovariance, TaskFactor, TaskFit};
 use mtgp::fit::{RankCounts, fit_rank, fit_shared};
+use mtgp::prior::TaskMatrix;
+use mtgp::{
+    MtgpError, MultiTaskCovariance, MultiTaskOptions, Stacked, StageOne, TaskCovariance,
+    TaskFactor, TaskFit,
+};
 
 use crate::icm_draws::{Draw, drawn, four_tasks_of_rank_two};
 

@@ -1,7 +1,7 @@
 //! Noise per task: against 50-digit arithmetic, central differences, and the shared noise.
 
-use gp_core::{LikelihoodOptions, Method};
 use gp_core::evidence::log_marginal_likelihood_with_gradient;
+use gp_core::{LikelihoodOptions, Method};
 use kernels::Covariance;
 use mtgp::prior::TaskNoise;
 use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance};
