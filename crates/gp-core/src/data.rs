@@ -17,6 +17,15 @@ pub fn require_finite_inputs(x: MatRef<'_, f64>) -> Result<(), GpError> {
     Ok(())
 }
 
+/// Fails unless inputs have the model's columns and are finite.
+pub fn require_inputs(x: MatRef<'_, f64>, expected: usize) -> Result<(), GpError> {
+    let found = x.ncols();
+    if found != expected {
+        return Err(GpError::WrongCovariates { found, expected });
+    }
+    require_finite_inputs(x)
+}
+
 /// Fails unless there is one finite target per row of finite inputs, and enough of them.
 pub fn require_training_data(
     x: MatRef<'_, f64>,

@@ -1,6 +1,5 @@
 //! What can go wrong with data of several tasks, with the numbers of the case.
 
-use faer::MatRef;
 use gp_core::GpError;
 
 /// Why a multi-task model cannot be built from what was given.
@@ -142,13 +141,4 @@ pub(crate) fn require_count(
         found,
         expected,
     })
-}
-
-/// Fails unless inputs have the model's columns and are finite.
-pub(crate) fn require_inputs(x: MatRef<'_, f64>, expected: usize) -> Result<(), MtgpError> {
-    let found = x.ncols();
-    if found != expected {
-        return Err(GpError::WrongCovariates { found, expected }.into());
-    }
-    Ok(gp_core::data::require_finite_inputs(x)?)
 }

@@ -6,7 +6,7 @@ use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par};
 use kernels::Covariance;
 use linalg::sums::dot_in_sequence;
 
-use crate::data::require_finite_inputs;
+use crate::data::require_inputs;
 use crate::error::GpError;
 use crate::posterior::condition::Posterior;
 
@@ -141,11 +141,7 @@ impl<C: Covariance> Posterior<C> {
     /// # Errors
     /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
     pub(super) fn require_points(&self, x: MatRef<'_, f64>) -> Result<(), GpError> {
-        let (found, expected) = (x.ncols(), self.basis().points.ncols());
-        if found != expected {
-            return Err(GpError::WrongCovariates { found, expected });
-        }
-        require_finite_inputs(x)
+        require_inputs(x, self.basis().points.ncols())
     }
 }
 

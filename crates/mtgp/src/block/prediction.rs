@@ -2,10 +2,11 @@
 
 use faer::{Mat, MatRef};
 use gp_core::Prediction;
+use gp_core::data::require_inputs;
 use kernels::Covariance;
 use linalg::sums::dot_in_sequence;
 
-use crate::error::{MtgpError, require_inputs};
+use crate::error::MtgpError;
 
 /// Test points that are worked on together: bounds the memory to (ν, `BLOCK`).
 const BLOCK: usize = 128;

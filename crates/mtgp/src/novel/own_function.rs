@@ -2,9 +2,10 @@
 
 use faer::{Mat, MatRef};
 use gp_core::Posterior;
+use gp_core::data::require_inputs;
 use kernels::Covariance;
 
-use crate::error::{MtgpError, require_inputs};
+use crate::error::MtgpError;
 use crate::latent::{add_transposed_product, points_of, require_torques};
 use crate::novel::row::NewTorques;
 use crate::prior::{MultiTaskCovariance, TaskRow};
