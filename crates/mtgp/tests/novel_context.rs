@@ -191,7 +191,7 @@ fn a_posterior_with_further_samples_is_a_full_refit_and_the_adapted_one() {
             let points = with_task(elsewhere.as_ref(), context);
             let found = found.predict(points.as_ref()).unwrap();
             let expected = refit.predict(points.as_ref()).unwrap();
-            for idx in 0..elsewhere.nrows() {
+            for (idx, of_row) in of_row.iter().enumerate() {
                 let errors = [
                     found.mean[idx] - expected.mean[idx],
                     found.var[idx] - expected.var[idx],
@@ -200,7 +200,7 @@ fn a_posterior_with_further_samples_is_a_full_refit_and_the_adapted_one() {
                     errors.iter().all(|error| error.abs() <= tolerance),
                     "{is_dense} {context} {errors:?}"
                 );
-                let error = found.mean[idx] - of_row[idx];
+                let error = found.mean[idx] - of_row;
                 assert!(context < M || error.abs() <= 1e-8, "{is_dense} {error}");
             }
         }
