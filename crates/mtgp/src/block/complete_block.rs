@@ -18,8 +18,8 @@ use crate::prior::{MultiTaskCovariance, TaskMatrix, with_every_task};
 ///
 /// ```
 /// use faer::{Mat, mat};
-/// use gp_core::{FitOptions, StartKind};
-/// use gp_core::search::{refine, search};
+/// use gp_core::FitOptions;
+/// use gp_core::search::{Start, refine, search};
 /// use kernels::{TorqueCovariance, TorqueForm};
 /// use mtgp::block::CompleteBlock;
 /// use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor};
@@ -32,9 +32,9 @@ use crate::prior::{MultiTaskCovariance, TaskMatrix, with_every_task};
 ///
 /// let task = TaskCovariance::Factor(TaskFactor::from_entries(2, 1, &[1.0, 1.0])?);
 /// let start = MultiTaskCovariance::new(TorqueCovariance::unit(1, TorqueForm::Smooth), task);
-/// let options = FitOptions { max_evaluations: 40, ..FitOptions::chapter() };
-/// let mut end = search(&mut block, &start, 0.5, StartKind::Given, &options);
-/// refine(&mut block, &mut end, &options);
+/// let limits = FitOptions { max_evaluations: 40, ..FitOptions::chapter() }.limits();
+/// let mut end = search(&mut block, &Start::given(start, 0.5), &limits);
+/// refine(&mut block, &mut end, &limits);
 ///
 /// let fitted = block.posterior(&end.covariance, end.noise_std)?;
 /// let [first, second] = [0, 1].map(|task| fitted.predict(task, mat![[0.2, 0.1, 0.3]].as_ref()));
