@@ -7,7 +7,7 @@ use crate::error::GpError;
 /// Fails on the first input that is NaN or infinite, row by row.
 ///
 /// # Errors
-/// [`GpError::NonFiniteInput`] with its place.
+/// [`GpError::NonFiniteInput`].
 pub fn require_finite_inputs(x: MatRef<'_, f64>) -> Result<(), GpError> {
     for row in 0..x.nrows() {
         for column in 0..x.ncols() {
@@ -18,6 +18,18 @@ pub fn require_finite_inputs(x: MatRef<'_, f64>) -> Result<(), GpError> {
         }
     }
     Ok(())
+}
+
+/// Fails unless inputs have the model's columns and are finite.
+///
+/// # Errors
+/// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
+pub fn require_inputs(x: MatRef<'_, f64>, expected: usize) -> Result<(), GpError> {
+    let found = x.ncols();
+    if found != expected {
+        return Err(GpError::WrongCovariates { found, expected });
+    }
+    require_finite_inputs(x)
 }
 
 /// Fails unless there is one finite target per row of finite inputs, and enough of them.
@@ -66,7 +78,7 @@ pub fn require_noise(noise_std: f64) -> Result<(), GpError> {
 /// Number of joints ℓ of inputs with 3ℓ columns.
 ///
 /// # Errors
-/// [`GpError::NotThreePerJoint`].
+/// [`GpError::NotThreePerJoint`] for another number of columns.
 pub fn joints_of(x: MatRef<'_, f64>) -> Result<usize, GpError> {
     match (x.ncols() / 3, x.ncols() % 3) {
         (n_joints, 0) if n_joints > 0 => Ok(n_joints),

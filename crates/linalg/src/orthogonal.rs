@@ -33,6 +33,7 @@ use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par};
 
 use crate::cholesky::Factor;
 use crate::error::LinalgError;
+use crate::products::mirror;
 
 /// How far from I the product QᵀQ may be: the error it leaves in log|RᵀR|.
 const LOSS_OF_ORTHOGONALITY: f64 = 1e-10;
@@ -208,15 +209,6 @@ fn add_gram_lower(gram: &mut Mat<f64>, matrix: MatRef<'_, f64>) {
         1.0,
         Par::Seq,
     );
-}
-
-/// Copies the lower triangle to the upper.
-fn mirror(matrix: &mut Mat<f64>) {
-    for col in 1..matrix.ncols() {
-        for row in 0..col {
-            matrix[(row, col)] = matrix[(col, row)];
-        }
-    }
 }
 
 /// Makes Q, orthogonal roughly, orthogonal to rounding; returns it with R.

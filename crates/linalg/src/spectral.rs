@@ -8,9 +8,8 @@
 use faer::diag::DiagMut;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
-use faer::linalg::matmul::matmul;
 use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
-use faer::{Accum, Mat, MatRef, Par, Spec};
+use faer::{Mat, MatRef, Par, Spec};
 
 use crate::error::LinalgError;
 
@@ -32,16 +31,6 @@ pub struct ThinSvd {
     pub values: Vec<f64>,
     /// V, (columns, p).
     pub right: Mat<f64>,
-}
-
-/// a b
-///
-/// # Panics
-/// If a does not have as many columns as b has rows.
-pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let mut out = Mat::zeros(a.nrows(), b.ncols());
-    matmul(out.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
-    out
 }
 
 /// Eigenvalues and eigenvectors of a symmetric matrix, read from its lower triangle.

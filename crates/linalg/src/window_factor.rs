@@ -73,12 +73,6 @@ impl WindowFactor {
         self.order = self.order.saturating_sub(1);
     }
 
-    /// Takes all residuals out.
-    #[inline]
-    pub fn clear(&mut self) {
-        self.order = 0;
-    }
-
     /// Takes the oldest residual out.
     #[inline]
     pub fn drop_first(&mut self) {

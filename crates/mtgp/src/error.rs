@@ -1,6 +1,5 @@
 //! What can go wrong with data of several tasks, with the numbers of the case.
 
-use faer::MatRef;
 use gp_core::GpError;
 
 /// Why a multi-task model cannot be built from what was given.
@@ -142,26 +141,4 @@ pub(crate) fn require_count(
         found,
         expected,
     })
-}
-
-/// Fails unless inputs have the model's columns and are finite.
-pub(crate) fn require_inputs(x: MatRef<'_, f64>, expected: usize) -> Result<(), MtgpError> {
-    let found = x.ncols();
-    if found != expected {
-        return Err(GpError::WrongCovariates { found, expected }.into());
-    }
-    Ok(require_finite_inputs(x)?)
-}
-
-/// Fails on the first input that is NaN or infinite.
-pub(crate) fn require_finite_inputs(x: MatRef<'_, f64>) -> Result<(), GpError> {
-    for row in 0..x.nrows() {
-        for column in 0..x.ncols() {
-            let value = x[(row, column)];
-            if !value.is_finite() {
-                return Err(GpError::NonFiniteInput { row, column, value });
-            }
-        }
-    }
-    Ok(())
 }

@@ -1,7 +1,7 @@
 //! Eq. (19): information criteria counted by hand.
 
 use kernels::{Covariance, TorqueCovariance, TorqueForm};
-use mtgp::fit::{RankCandidate, RankCounts, choose_rank_per_joint};
+use mtgp::fit::{RankCandidate, RankCounts};
 use mtgp::{Criterion, MtgpError, choose_rank};
 
 /// The chapter's robot at its smallest n: 6 joints, 14 loads, 280 samples per joint.
@@ -79,18 +79,6 @@ fn dearer_rank_wins_only_if_its_likelihood_pays() {
         let choice = choose_rank(&candidates, &counts, Criterion::Bic).unwrap();
         assert_eq!(choice.rank, expected, "{choice:?}");
     }
-}
-
-#[test]
-fn joints_may_choose_for_themselves() {
-    // Alone, ten entries cost ½ · 10 · log 280 = 28.17 nats.
-    let mut of_rank_5 = [100.0; 6];
-    of_rank_5[3] += 28.3;
-    of_rank_5[4] += 28.0;
-    let candidates = [candidate(5, &of_rank_5), candidate(4, &[100.0; 6])];
-    let choices = choose_rank_per_joint(&candidates, &chapter_counts(), Criterion::Bic).unwrap();
-    let ranks: Vec<usize> = choices.iter().map(|choice| choice.rank).collect();
-    assert_eq!(ranks, [4, 4, 4, 5, 4, 4]);
 }
 
 #[test]

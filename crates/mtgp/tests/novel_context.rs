@@ -1,13 +1,12 @@
 //! A new context: its density and gradient, its row, and its posterior against full refits.
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use gp_core::optimize::MinimizeOptions;
 use gp_core::{GpError, LikelihoodOptions, Method, Posterior, log_marginal_likelihood};
-use mtgp::context::ContextModel;
 use mtgp::latent::LatentFunctions;
 use mtgp::novel::{
-    AdaptedPosterior, Border, NewTorques, fit_row, log_density_of_row,
-    log_density_of_row_with_gradient,
+    Border, NewTorques, fit_row, log_density_of_row, log_density_of_row_with_gradient,
+    predict_mean_of_new_context,
 };
 use mtgp::prior::TaskRow;
 use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
@@ -126,40 +125,37 @@ fn gradient_of_the_density_is_its_slope() {
     }
 }
 
+/// Means of the new context, whose row is given.
+fn means(
+    posterior: &Posterior<MultiTaskCovariance>,
+    row: &TaskRow,
+    x: MatRef<'_, f64>,
+    torques: &[f64],
+    test: MatRef<'_, f64>,
+) -> Result<Vec<f64>, MtgpError> {
+    let latent = &LatentFunctions::new(posterior, x)?;
+    let new = NewTorques { latent, torques };
+    predict_mean_of_new_context(posterior, row, x, new, test)
+}
+
 #[test]
-fn adapted_predictions_are_those_of_a_full_refit() {
+fn means_of_a_new_context_are_those_of_a_full_refit() {
     let draw = four_tasks_of_rank_two(6, 10);
     let (x, torques) = new_samples();
     let (all, targets) = joined(&draw, &x, &torques);
     let elsewhere = Mat::from_fn(140, 3, |row, col| {
         1.9 * (0.4 * row as f64 + 1.9 * col as f64).cos()
     });
-    let few = elsewhere.subrows(0, 6);
     for row in rows() {
         let prior = grown(&draw.truth, &row);
         let refit = Posterior::dense(prior, 0.05, all.as_ref(), &targets).unwrap();
-        let adapted = AdaptedPosterior::new(dense(&draw), row, x.as_ref(), &torques).unwrap();
-        assert_eq!((adapted.n_contexts(), adapted.new_context()), (M + 1, M));
-        let densities = adapted.predictive_densities(few).unwrap();
-        for (context, density) in densities.iter().enumerate() {
-            let points = with_task(elsewhere.as_ref(), context);
-            let expected = refit.predict(points.as_ref()).unwrap();
-            let found = adapted.predict(elsewhere.as_ref(), context).unwrap();
-            let mean = adapted.predict_mean(elsewhere.as_ref(), context).unwrap();
-            assert_eq!(mean, found.mean);
-            for idx in 0..elsewhere.nrows() {
-                assert_close("mean", found.mean[idx], expected.mean[idx]);
-                assert_close("variance", found.var[idx], expected.var[idx]);
-            }
-            let points = with_task(few, context);
-            let expected = refit.predict_covariance(points.as_ref()).unwrap();
-            let found = adapted.predict_covariance(few, context).unwrap();
-            for (col, row) in (0..6).flat_map(|col| (0..6).map(move |row| (col, row))) {
-                assert_close("covariance", found[(row, col)], expected[(row, col)]);
-            }
-            for (a, b) in density.mean().iter().zip(&mean) {
-                assert_close("density", *a, *b);
-            }
+        let points = with_task(elsewhere.as_ref(), M);
+        let expected = refit.predict_mean(points.as_ref()).unwrap();
+        let posterior = dense(&draw);
+        let found = means(&posterior, &row, x.as_ref(), &torques, elsewhere.as_ref()).unwrap();
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(&expected) {
+            assert_close("mean", *found, *expected);
         }
     }
 }
@@ -185,31 +181,27 @@ fn a_posterior_with_further_samples_is_a_full_refit_and_the_adapted_one() {
     let prior = grown(&draw.truth, row);
     let refit = Posterior::dense(prior.clone(), 0.05, all.as_ref(), &targets).unwrap();
     for posterior in [dense(&draw), few] {
+        let of_row = means(&posterior, row, x.as_ref(), &torques, elsewhere.as_ref()).unwrap();
         let with_row = posterior.with_covariance(prior.clone());
         let found = with_row.with_samples(new.as_ref(), &torques).unwrap();
+        // The pivots leave out what their certificate allows.
         let is_dense = !found.basis().is_on_pivots();
-        let adapted = AdaptedPosterior::new(posterior, row.clone(), x.as_ref(), &torques);
-        let adapted = adapted.unwrap();
+        let tolerance = if is_dense { 1e-8 } else { 1e-4 };
         for context in 0..=M {
             let points = with_task(elsewhere.as_ref(), context);
             let found = found.predict(points.as_ref()).unwrap();
-            let of_refit = refit.predict(points.as_ref()).unwrap();
-            let of_adapted = adapted.predict(elsewhere.as_ref(), context).unwrap();
-            // The pivots leave out what their certificate allows.
-            for (expected, tolerance) in [
-                (of_refit, if is_dense { 1e-8 } else { 1e-4 }),
-                (of_adapted, 1e-8),
-            ] {
-                for idx in 0..elsewhere.nrows() {
-                    let errors = [
-                        found.mean[idx] - expected.mean[idx],
-                        found.var[idx] - expected.var[idx],
-                    ];
-                    assert!(
-                        errors.iter().all(|error| error.abs() <= tolerance),
-                        "{is_dense} {context} {errors:?}"
-                    );
-                }
+            let expected = refit.predict(points.as_ref()).unwrap();
+            for (idx, of_row) in of_row.iter().enumerate() {
+                let errors = [
+                    found.mean[idx] - expected.mean[idx],
+                    found.var[idx] - expected.var[idx],
+                ];
+                assert!(
+                    errors.iter().all(|error| error.abs() <= tolerance),
+                    "{is_dense} {context} {errors:?}"
+                );
+                let error = found.mean[idx] - of_row;
+                assert!(context < M || error.abs() <= 1e-8, "{is_dense} {error}");
             }
         }
     }
@@ -227,15 +219,11 @@ fn a_few_pivots_adapt_as_the_dense_path_does() {
     let (x, torques) = new_samples();
     for row in rows() {
         let of = |posterior| {
-            let adapted = AdaptedPosterior::new(posterior, row.clone(), x.as_ref(), &torques);
-            adapted.unwrap().predict(draw.data.covariates(), M).unwrap()
+            let test = draw.data.covariates();
+            means(posterior, &row, x.as_ref(), &torques, test).unwrap()
         };
-        let (few, all) = (of(few.clone()), of(dense(&draw)));
-        for idx in 0..all.mean.len() {
-            let error = (few.mean[idx] - all.mean[idx]).abs();
-            assert!(error <= 1e-4, "mean: {} {}", few.mean[idx], all.mean[idx]);
-            let error = (few.var[idx] - all.var[idx]).abs();
-            assert!(error <= 1e-4, "variance: {} {}", few.var[idx], all.var[idx]);
+        for (few, all) in of(&few).iter().zip(of(&dense(&draw))) {
+            assert!((few - all).abs() <= 1e-4, "mean: {few} {all}");
         }
     }
 }
@@ -345,12 +333,7 @@ fn rows_and_torques_that_do_not_fit_are_refused() {
     assert_eq!(none, MtgpError::NoJoints);
 
     torques[3] = 0.0;
-    let adapted = AdaptedPosterior::new(dense(&draw), row(), x.as_ref(), &torques).unwrap();
-    let beyond = adapted.predict_mean(x.as_ref(), M + 1).unwrap_err();
-    assert!(
-        matches!(beyond, MtgpError::UnknownTask { task: 5, .. }),
-        "{beyond}"
-    );
-    let narrow = Mat::zeros(2, 2);
-    assert!(adapted.predict(narrow.as_ref(), M).is_err());
+    let posterior = dense(&draw);
+    let narrow: Mat<f64> = Mat::zeros(2, 2);
+    assert!(means(&posterior, &row(), x.as_ref(), &torques, narrow.as_ref()).is_err());
 }

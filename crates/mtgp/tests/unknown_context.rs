@@ -134,7 +134,6 @@ fn p_values_are_uniform_under_the_right_context_and_small_under_none() {
 #[test]
 fn held_out_scores_give_the_rank_of_a_new_one() {
     let calibration = Calibration::new(vec![3.0, 1.0, 2.0, 2.0]).unwrap();
-    assert_eq!(calibration.n_scores(), 4);
     for (score, expected) in [(0.5, 1.0), (2.0, 0.8), (2.5, 0.4), (3.5, 0.2)] {
         assert_eq!(calibration.p_value(score), expected, "{score}");
     }
@@ -174,7 +173,6 @@ fn p_values_of_groups_are_valid_where_scores_of_a_group_are_alike() {
         let held_out: Vec<Vec<f64>> = (0..n_groups).map(|_| place()).collect();
         let pooled = Calibration::new(held_out.concat()).unwrap();
         let grouped = Calibration::of_groups(held_out).unwrap();
-        assert_eq!((grouped.n_groups(), grouped.n_scores()), (19, 95));
         let score = place()[0];
         rejected[0] += usize::from(grouped.p_value(score) <= 0.1);
         rejected[1] += usize::from(grouped.p_value(score) <= 0.04);

@@ -10,7 +10,7 @@ use faer::linalg::triangular_solve::{
 use faer::{Auto, ColMut, Mat, MatRef, Par, Spec};
 use kernels::sgn;
 
-use crate::data::{joints_of, require_finite_inputs, require_training_data};
+use crate::data::{joints_of, require_inputs, require_training_data};
 use crate::error::GpError;
 
 /// Prior variance of each weight. Source: eq. (9), β ~ N(0, 10⁴ I).
@@ -157,13 +157,7 @@ impl BayesLinear {
     }
 
     fn checked_features(&self, x: MatRef<'_, f64>) -> Result<Mat<f64>, GpError> {
-        if x.ncols() != 3 * self.n_joints {
-            return Err(GpError::WrongCovariates {
-                found: x.ncols(),
-                expected: 3 * self.n_joints,
-            });
-        }
-        require_finite_inputs(x)?;
+        require_inputs(x, 3 * self.n_joints)?;
         Ok(features(x, self.n_joints, self.form))
     }
 }

@@ -150,21 +150,11 @@ impl<C: Covariance> InformedFit<C> {
         x: MatRef<'_, f64>,
         regressor: MatRef<'_, f64>,
     ) -> Result<Prediction, GpError> {
-        predict_informed(&self.prior, &self.fit.posterior, x, regressor)
+        let expected = self.prior.torques(regressor)?;
+        let mut prediction = (self.fit.posterior).predict(rows(x, regressor).as_ref())?;
+        prediction.mean = add(prediction.mean, &expected);
+        Ok(prediction)
     }
-}
-
-/// Means and latent variances of the torque, from the posterior of its deviation from Yπ₀.
-pub(crate) fn predict_informed<C: Covariance>(
-    prior: &ParameterPrior,
-    posterior: &Posterior<C>,
-    x: MatRef<'_, f64>,
-    regressor: MatRef<'_, f64>,
-) -> Result<Prediction, GpError> {
-    let expected = prior.torques(regressor)?;
-    let mut prediction = posterior.predict(rows(x, regressor).as_ref())?;
-    prediction.mean = add(prediction.mean, &expected);
-    Ok(prediction)
 }
 
 impl InformedFit<RigidBodyCovariance> {

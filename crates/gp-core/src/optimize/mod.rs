@@ -1,7 +1,6 @@
 //! Minimisation of a smooth function under bounds, knowing nothing of Gaussian processes.
 
 mod bounds;
-mod budget;
 mod lbfgs;
 mod line_search;
 mod metric;
@@ -9,7 +8,6 @@ mod resumed;
 mod rounds;
 
 pub(crate) use bounds::Reparametrised;
-pub(crate) use budget::Budgeted;
 pub use lbfgs::{MinimizeOptions, Minimum, StopReason, minimize};
 pub(crate) use metric::{Metric, Scaled};
 pub(crate) use resumed::{Known, Resumed};

@@ -1,4 +1,6 @@
-//! A search that goes on where another ended, without evaluating its start again.
+//! A search that goes on where another ended, without evaluating its start again, as long as there is work left.
+
+use std::cell::Cell;
 
 use super::Objective;
 
@@ -10,16 +12,27 @@ pub(crate) struct Known {
     pub gradient: Vec<f64>,
 }
 
-/// A function of which one point is known.
-pub(crate) struct Resumed<O> {
+/// A function of which one point is known, and whose search may have a limit on its work.
+pub(crate) struct Resumed<'a, O> {
     objective: O,
     known: Option<Known>,
+    budget: Option<(&'a Cell<f64>, f64)>,
 }
 
-impl<O: Objective> Resumed<O> {
+impl<'a, O: Objective> Resumed<'a, O> {
     /// Without a known point, the function itself.
     pub fn new(objective: O, known: Option<Known>) -> Self {
-        Self { objective, known }
+        Self {
+            objective,
+            known,
+            budget: None,
+        }
+    }
+
+    /// The search ends when `work`, to which the function adds what it does, passes the limit.
+    pub fn within(mut self, work: &'a Cell<f64>, limit: f64) -> Self {
+        self.budget = Some((work, limit));
+        self
     }
 
     /// The function itself.
@@ -28,7 +41,7 @@ impl<O: Objective> Resumed<O> {
     }
 }
 
-impl<O: Objective> Objective for Resumed<O> {
+impl<O: Objective> Objective for Resumed<'_, O> {
     fn value_and_gradient(&mut self, z: &[f64], gradient: &mut [f64]) -> f64 {
         let same_bits =
             |known: &Known| (known.z.iter().zip(z)).all(|(a, b)| a.to_bits() == b.to_bits());
@@ -48,7 +61,10 @@ impl<O: Objective> Objective for Resumed<O> {
     }
 
     fn is_spent(&self) -> bool {
-        self.objective.is_spent()
+        match self.budget {
+            Some((work, limit)) => work.get() >= limit,
+            None => self.objective.is_spent(),
+        }
     }
 }
 

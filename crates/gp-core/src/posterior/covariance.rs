@@ -1,9 +1,9 @@
 //! The posterior covariance between several new points: the matrix form of eq. (4).
 
-use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Mat, MatRef, Par};
 use kernels::Covariance;
+use linalg::{add_inner_product, mirror};
 
 use crate::error::GpError;
 use crate::posterior::condition::Posterior;
@@ -51,15 +51,6 @@ impl<C: Covariance> Posterior<C> {
             let noise_var = self.noise_std() * self.noise_std();
             add_inner_product(covariance, noise_var, cross.as_ref());
         }
-        for col in 1..covariance.ncols() {
-            for row in 0..col {
-                covariance[(row, col)] = covariance[(col, row)];
-            }
-        }
+        mirror(covariance);
     }
-}
-
-/// out += factor · vᵀv
-fn add_inner_product(out: &mut Mat<f64>, factor: f64, v: MatRef<'_, f64>) {
-    matmul(out.as_mut(), Accum::Add, v.transpose(), v, factor, Par::Seq);
 }

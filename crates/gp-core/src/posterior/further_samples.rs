@@ -6,7 +6,7 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Accum, ColMut, Mat, MatRef, Par};
 use kernels::{Covariance, Jitter};
-use linalg::{Factor, upper_of};
+use linalg::{Factor, add_inner_product, upper_of};
 
 use crate::data::require_training_data;
 use crate::error::GpError;
@@ -56,7 +56,7 @@ fn on_samples<C: Covariance>(
     old.factor.half_solve_in_place(half.as_mut());
     let mut schur = covariance.gram(x);
     Jitter::new(posterior.noise_std())?.add_gram(x, schur.as_mut());
-    subtract_gram(&mut schur, &half);
+    add_inner_product(&mut schur, -1.0, half.as_ref());
     let corner = Factor::new(schur)?;
 
     let new_alpha = corner.solve(residuals);
@@ -103,7 +103,7 @@ fn on_pivots<C: Covariance>(
     let prior = covariance.gram(x);
     let largest = (0..k).map(|idx| prior[(idx, idx)]).fold(0.0, f64::max);
     let mut remainder = prior; // E, (k, k)
-    subtract_gram(&mut remainder, &phi);
+    add_inner_product(&mut remainder, -1.0, phi.as_ref());
     let Choice { order: chosen, l } = independent_rows(remainder.as_ref(), largest);
     let m = chosen.len();
     let mut psi = rows(remainder.as_ref(), &chosen); // Ψ*, (m, k)
@@ -148,12 +148,6 @@ fn renewed(r: &Mat<f64>, features: &Mat<f64>, noise_var: f64) -> Result<Factor, 
     let (f, ft) = (features.as_ref(), features.transpose());
     matmul(gram.as_mut(), Accum::Add, f, ft, 1.0, Par::Seq);
     Ok(Factor::new(gram)?)
-}
-
-/// matrix − halfᵀ half
-fn subtract_gram(matrix: &mut Mat<f64>, half: &Mat<f64>) {
-    let (left, right) = (half.transpose(), half.as_ref());
-    matmul(matrix.as_mut(), Accum::Add, left, right, -1.0, Par::Seq);
 }
 
 fn solve_upper_in_place(upper: MatRef<'_, f64>, vector: &mut [f64]) {

@@ -4,8 +4,9 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par};
 use kernels::Covariance;
+use linalg::sums::dot_in_sequence;
 
-use crate::data::require_finite_inputs;
+use crate::data::require_inputs;
 use crate::error::GpError;
 use crate::posterior::condition::Posterior;
 
@@ -95,7 +96,7 @@ impl<C: Covariance> Posterior<C> {
         if !self.basis().is_on_pivots() {
             let columns = 0..k_bx.ncols();
             return columns
-                .map(|col| dot(k_bx.col_as_slice(col), weights))
+                .map(|col| dot_in_sequence(k_bx.col_as_slice(col), weights))
                 .collect();
         }
         let mut means = vec![0.0; k_bx.ncols()];
@@ -140,18 +141,10 @@ impl<C: Covariance> Posterior<C> {
     /// # Errors
     /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
     pub(super) fn require_points(&self, x: MatRef<'_, f64>) -> Result<(), GpError> {
-        let (found, expected) = (x.ncols(), self.basis().points.ncols());
-        if found != expected {
-            return Err(GpError::WrongCovariates { found, expected });
-        }
-        require_finite_inputs(x)
+        require_inputs(x, self.basis().points.ncols())
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 fn squared_norm(values: &[f64]) -> f64 {
-    dot(values, values)
+    dot_in_sequence(values, values)
 }

@@ -50,19 +50,6 @@ pub fn split_r_hat(chains: &[Vec<f64>]) -> f64 {
     r_hat(&split(chains))
 }
 
-/// Independent draws that would tell the mean as well, by Geyer's initial monotone sequence.
-///
-/// ```text
-/// S / (1 + 2 Σ_t ρ_t)
-/// ```
-/// # Panics
-/// As for [`ChainSummary::of`].
-/// # Source
-/// Vehtari et al. 2021, sec. 3.2; Geyer 1992.
-pub fn effective_sample_size(chains: &[Vec<f64>]) -> f64 {
-    size(&split(chains))
-}
-
 /// The first and the second half of every chain; the middle draw of an odd number is left out.
 fn split(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let n = chains.first().map_or(0, Vec::len);
@@ -104,6 +91,13 @@ fn r_hat(chains: &[Vec<f64>]) -> f64 {
     (total / within).sqrt()
 }
 
+/// Independent draws that would tell the mean as well, by Geyer's initial monotone sequence.
+///
+/// ```text
+/// S / (1 + 2 Σ_t ρ_t)
+/// ```
+/// # Source
+/// Vehtari et al. 2021, sec. 3.2; Geyer 1992.
 fn size(chains: &[Vec<f64>]) -> f64 {
     let (m, n) = (chains.len() as f64, chains[0].len());
     let (within, total) = variances(chains);

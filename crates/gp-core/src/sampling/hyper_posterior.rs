@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 
 use faer::Mat;
-use kernels::params::Component;
 use kernels::{Covariance, Jitter, ParamLayout, Transform};
 
 use super::log_density::LogDensity;
@@ -62,17 +61,6 @@ impl HyperPrior {
             centre,
             std,
         })
-    }
-
-    /// The same without a prior of the entries of matrices, whose prior is elsewhere.
-    #[must_use]
-    pub fn without_entries(mut self) -> Self {
-        for (std, spec) in self.std.iter_mut().zip(self.layout.specs()) {
-            if matches!(spec.component, Component::Entry(..)) {
-                *std = f64::INFINITY;
-            }
-        }
-        self
     }
 
     /// Names and transforms, σ last.

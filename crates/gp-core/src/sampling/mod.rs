@@ -17,7 +17,7 @@ mod log_density;
 mod normal;
 mod nuts;
 
-pub use chain_summary::{ChainSummary, effective_sample_size, split_r_hat};
+pub use chain_summary::{ChainSummary, split_r_hat};
 pub use chains::sample_chains;
 pub use gaussian_mixture::GaussianMixture;
 pub use hyper_posterior::{HyperPosterior, HyperPrior};

@@ -18,7 +18,7 @@ use crate::evidence::{
     Likelihood, add_prior_information, information, layout_with_noise, split_noise, with_noise,
 };
 use crate::optimize::{
-    Budgeted, Known, Metric, MinimizeOptions, Minimum, Objective, Reparametrised, Resumed, Scaled,
+    Known, Metric, MinimizeOptions, Minimum, Objective, Reparametrised, Resumed, Scaled,
     StopReason, minimize,
 };
 
@@ -283,13 +283,11 @@ fn go_on<C: Covariance + Clone>(
         None => objective.unconstrained(&with_noise(&end.covariance, end.noise_std)),
     };
     let n_known = usize::from(end.known.is_some());
-    let objective = Resumed::new(objective, end.known.take());
-    let objective = Scaled::new(objective, z, metric);
-    let start = objective.start();
-    let mut objective = Budgeted::new(objective, &work, limits.max_work);
-    let minimum = minimize(&mut objective, &start, &minimize_options(limits));
+    let objective = Resumed::new(objective, end.known.take()).within(&work, limits.max_work);
+    let mut scaled = Scaled::new(objective, z, metric);
+    let start = scaled.start();
+    let minimum = minimize(&mut scaled, &start, &minimize_options(limits));
 
-    let scaled = objective.into_inner();
     let known = Known {
         z: scaled.outer(&minimum.z),
         value: minimum.value,

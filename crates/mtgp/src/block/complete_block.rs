@@ -1,12 +1,13 @@
 //! A complete block design: every context observed at the same inputs, eq. (17), and its likelihood for a fit.
 
 use faer::{Mat, MatRef};
+use gp_core::data::require_finite_inputs;
 use gp_core::evidence::Evaluation;
 use gp_core::{GpError, Likelihood, MethodUsed};
 use kernels::{Covariance, TorqueCovariance};
 
 use crate::block::posterior::BlockPosterior;
-use crate::error::{MtgpError, require_finite_inputs};
+use crate::error::MtgpError;
 use crate::prior::{MultiTaskCovariance, TaskMatrix, with_every_task};
 
 /// The torques of every context at the same inputs.
@@ -31,8 +32,7 @@ use crate::prior::{MultiTaskCovariance, TaskMatrix, with_every_task};
 ///
 /// let task = TaskCovariance::Factor(TaskFactor::from_entries(2, 1, &[1.0, 1.0])?);
 /// let start = MultiTaskCovariance::new(TorqueCovariance::unit(1, TorqueForm::Smooth), task);
-/// let options = FitOptions { max_evaluations: 40, ..FitOptions::chapter() };
-/// let limits = options.limits();
+/// let limits = FitOptions { max_evaluations: 40, ..FitOptions::chapter() }.limits();
 /// let mut end = search(&mut block, &Start::given(start, 0.5), &limits);
 /// refine(&mut block, &mut end, &limits);
 ///

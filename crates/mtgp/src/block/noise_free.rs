@@ -25,10 +25,11 @@ use std::f64::consts::PI;
 use faer::{Mat, MatRef};
 use gp_core::Prediction;
 use kernels::Covariance;
+use linalg::sums::dot_in_sequence;
 use linalg::{Factor, product, thin_svd};
 
 use crate::block::complete_block::require_block;
-use crate::block::prediction::{TaskPosterior, dot};
+use crate::block::prediction::TaskPosterior;
 use crate::error::MtgpError;
 
 /// A multi-task process conditioned on a complete block without noise.
@@ -201,7 +202,7 @@ impl<C: Covariance> NoiseFreeBlock<C> {
         };
         let explained = |k_xs: &mut Mat<f64>| {
             self.factor.half_solve_in_place(k_xs.as_mut());
-            let squared = |col| dot(k_xs.col_as_slice(col), k_xs.col_as_slice(col));
+            let squared = |col| dot_in_sequence(k_xs.col_as_slice(col), k_xs.col_as_slice(col));
             (0..k_xs.ncols())
                 .map(|col| prior_scale * squared(col))
                 .collect()

@@ -28,11 +28,13 @@
 use std::f64::consts::PI;
 
 use faer::{Mat, MatRef};
+use gp_core::data::require_noise;
 use gp_core::{GpError, Prediction};
 use kernels::Covariance;
+use linalg::sums::dot_in_sequence;
 use linalg::{SymmetricEigen, product, symmetric_eigen};
 
-use crate::block::prediction::{TaskPosterior, dot, require_noise};
+use crate::block::prediction::TaskPosterior;
 use crate::error::MtgpError;
 
 /// A multi-task process conditioned on a complete block.
@@ -102,7 +104,9 @@ impl<'a, C: Covariance> BlockPosterior<'a, C> {
         let m = noise_std.len();
         assert_eq!((k_task.nrows(), k_task.ncols()), (m, m));
         assert_eq!(targets.ncols(), m);
-        require_noise(noise_std)?;
+        for std in noise_std {
+            require_noise(*std)?;
+        }
 
         let whitened = Mat::from_fn(m, m, |row, col| {
             k_task[(row.max(col), row.min(col))] / (noise_std[row] * noise_std[col])
@@ -295,7 +299,7 @@ impl<'a, C: Covariance> BlockPosterior<'a, C> {
                 let inverse: f64 = (traces.iter().enumerate())
                     .map(|(c, trace)| whitened[(task, c)] * whitened[(task, c)] * trace)
                     .sum();
-                std * (dot(column, column) - inverse)
+                std * (dot_in_sequence(column, column) - inverse)
             })
             .collect()
     }

@@ -1,10 +1,12 @@
 //! Posterior means and variances at many test points, a block of them at a time.
 
 use faer::{Mat, MatRef};
-use gp_core::{GpError, Prediction};
+use gp_core::Prediction;
+use gp_core::data::require_inputs;
 use kernels::Covariance;
+use linalg::sums::dot_in_sequence;
 
-use crate::error::{MtgpError, require_inputs};
+use crate::error::MtgpError;
 
 /// Test points that are worked on together: bounds the memory to (ν, `BLOCK`).
 const BLOCK: usize = 128;
@@ -30,7 +32,7 @@ impl<C: Covariance> TaskPosterior<'_, C> {
     ///
     /// `explained` returns e of every column k* of a (ν, block) matrix, which it may overwrite.
     /// # Errors
-    /// [`GpError::WrongCovariates`] or [`GpError::NonFiniteInput`].
+    /// [`gp_core::GpError::WrongCovariates`] or [`gp_core::GpError::NonFiniteInput`].
     pub fn predict(
         &self,
         x_test: MatRef<'_, f64>,
@@ -42,7 +44,7 @@ impl<C: Covariance> TaskPosterior<'_, C> {
         for first in (0..n_test).step_by(BLOCK) {
             let x_block = x_test.subrows(first, BLOCK.min(n_test - first));
             let mut k_xs = self.covariance.cross(self.x, x_block); // (ν, block)
-            let column_mean = |col| dot(k_xs.col_as_slice(col), &self.mean_weights);
+            let column_mean = |col| dot_in_sequence(k_xs.col_as_slice(col), &self.mean_weights);
             mean.extend((0..k_xs.ncols()).map(column_mean));
             let prior = self.covariance.diag(x_block);
             let parts = explained(&mut k_xs);
@@ -56,20 +58,6 @@ impl<C: Covariance> TaskPosterior<'_, C> {
             n_clamped,
         })
     }
-}
-
-/// Fails on the first noise level that is not finite and above zero.
-pub(crate) fn require_noise(noise_std: &[f64]) -> Result<(), GpError> {
-    let is_bad = |value: &&f64| !(value.is_finite() && **value > 0.0);
-    match noise_std.iter().find(is_bad) {
-        None => Ok(()),
-        Some(&value) => Err(GpError::BadNoise { value }),
-    }
-}
-
-/// Σ a_i b_i
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Sets values below zero to zero and counts them.

@@ -22,11 +22,16 @@ pub struct ContextTransition {
 impl ContextTransition {
     /// The context never changes: T = I.
     pub fn none(n_contexts: usize) -> Self {
+        Self::alike(n_contexts, 0.0, f64::NEG_INFINITY)
+    }
+
+    /// Every context stays with one probability, and becomes each of the others with another.
+    fn alike(n_contexts: usize, log_stay: f64, log_other: f64) -> Self {
         let log = |idx| {
             if idx / n_contexts == idx % n_contexts {
-                0.0
+                log_stay
             } else {
-                f64::NEG_INFINITY
+                log_other
             }
         };
         Self {
@@ -60,17 +65,7 @@ impl ContextTransition {
         }
         let log_stay = -expected_changes;
         let log_other = (-log_stay.exp_m1() / (n_contexts - 1) as f64).ln();
-        let log = |idx| {
-            if idx / n_contexts == idx % n_contexts {
-                log_stay
-            } else {
-                log_other
-            }
-        };
-        Ok(Self {
-            n_contexts,
-            log_probabilities: (0..n_contexts * n_contexts).map(log).collect(),
-        })
+        Ok(Self::alike(n_contexts, log_stay, log_other))
     }
 
     /// Any chain.

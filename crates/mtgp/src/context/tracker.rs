@@ -155,11 +155,4 @@ impl ContextTracker {
     pub fn filter(&self) -> &ContextFilter {
         &self.filter
     }
-
-    /// Forgets the torques of the windows but not what they said of the context.
-    pub fn forget_window(&mut self) {
-        for joint in &mut self.joints {
-            joint.clear();
-        }
-    }
 }

@@ -116,16 +116,6 @@ impl Calibration {
         Ok(Self { groups })
     }
 
-    /// Number of held-out scores.
-    pub fn n_scores(&self) -> usize {
-        self.groups.iter().map(Vec::len).sum()
-    }
-
-    /// Number of groups G.
-    pub fn n_groups(&self) -> usize {
-        self.groups.len()
-    }
-
     /// The p-value of a new score; NaN for NaN.
     pub fn p_value(&self, score: f64) -> f64 {
         if score.is_nan() {

@@ -109,13 +109,6 @@ impl SampleWindow {
         }
     }
 
-    /// Forgets all torques.
-    pub fn clear(&mut self) {
-        for factor in &mut self.factors {
-            factor.clear();
-        }
-    }
-
     /// Forgets the oldest torque if there are more than w.
     fn make_room(&mut self) {
         if self.held() > self.window {

@@ -1,7 +1,6 @@
-//! The models that learn nothing of how tasks are related: sGP, iGP and pGP.
+//! The models that learn nothing of how tasks are related: iGP and pGP.
 //!
 //! ```text
-//! sGP   a process per task, with hyperparameters of its own
 //! iGP   K^ρ = I: a process per task, with θ^x and σ shared
 //! pGP   K^ρ = 11ᵀ: one process, to which the tasks are the same
 //! ```
@@ -12,14 +11,12 @@
 use faer::MatRef;
 use gp_core::evidence::Evaluation;
 use gp_core::search::{Distance, Found, Plan, Start, climb};
-use gp_core::{
-    Fit, FitOptions, GpError, Likelihood, LikelihoodOptions, LogMarginal, MethodUsed, fit,
-};
+use gp_core::{GpError, Likelihood, LikelihoodOptions, LogMarginal, MethodUsed};
 use kernels::TorqueCovariance;
 
 use super::moments::moment_starts;
 use super::options::MultiTaskOptions;
-use super::parts::{part_for_step_1, require_targets, smaller_parts};
+use super::parts::{part_for_step_1, smaller_parts};
 use super::task_fit::TaskFit;
 use crate::error::MtgpError;
 use crate::prior::MultiTaskCovariance;
@@ -146,33 +143,6 @@ pub fn fit_independent(
     let n_tasks = data.n_tasks();
     let task = TaskCovariance::Identity { n_tasks };
     with_task_matrix(data, targets, found, task, options)
-}
-
-/// Learns sGP: GPc for every task on its own; the results stand in task order.
-///
-/// A task with a single sample has no fit of its own, so each task has its own result.
-/// # Shapes
-/// As for [`fit_pooled`].
-/// # Errors
-/// [`MtgpError::CountMismatch`] unless there is one target per row.
-/// # Source
-/// Sec. 4.6, "a single GP for each context, as per the GPc of section 3.4".
-pub fn fit_separate(
-    data: &Stacked,
-    targets: &[f64],
-    options: &MultiTaskOptions,
-) -> Result<Vec<Result<Fit, GpError>>, MtgpError> {
-    require_targets(data, targets)?;
-    let fit_options = FitOptions {
-        starts: options.starts,
-        max_evaluations: options.max_evaluations,
-        gradient_tolerance: options.gradient_tolerance,
-        value_tolerance: options.value_tolerance,
-        likelihood: options.likelihood,
-        ..FitOptions::several()
-    };
-    let fit_one = |(x, t): (MatRef<'_, f64>, &[f64])| fit(x, t, options.form, &fit_options);
-    Ok(by_task(data, targets).map(fit_one).collect())
 }
 
 /// Inputs and targets of each task.

@@ -13,11 +13,9 @@ mod task_fit;
 
 pub use crate::prior::{RankPart, rank_part};
 pub use augmented_targets::{AugmentedTargets, augmented_k_task, augmented_targets};
-pub use baselines::{fit_independent, fit_pooled, fit_separate};
+pub use baselines::{fit_independent, fit_pooled};
 pub use options::MultiTaskOptions;
-pub use rank_choice::{
-    Criterion, RankCandidate, RankChoice, RankCounts, choose_rank, choose_rank_per_joint,
-};
+pub use rank_choice::{Criterion, RankCandidate, RankChoice, RankCounts, choose_rank};
 pub use ranks::{fit_ranks, fit_ranks_telling};
 pub use shared_factor::{SharedFit, fit_shared};
 pub use staged::{StageOne, fit_rank, fit_rank_from};

@@ -114,7 +114,9 @@ pub struct RankChoice {
 /// Chooses one rank for all joints.
 ///
 /// # Errors
-/// As for [`choose_rank_per_joint`].
+/// [`MtgpError::CountMismatch`] without candidates or joints, or for counts or likelihoods
+/// that are not one per joint; [`MtgpError::BadRank`] for a rank of 0 or above m;
+/// [`MtgpError::NonFinite`] for a likelihood that is not finite.
 /// # Source
 /// Eq. (19). One rank for all joints: sec. 4.3.2.
 pub fn choose_rank(
@@ -132,31 +134,6 @@ pub fn choose_rank(
             n_observations,
         )
     }))
-}
-
-/// Chooses a rank for every joint by its own likelihood, parameters and observations.
-///
-/// # Errors
-/// [`MtgpError::CountMismatch`] without candidates or joints, or for counts or likelihoods
-/// that are not one per joint; [`MtgpError::BadRank`] for a rank of 0 or above m;
-/// [`MtgpError::NonFinite`] for a likelihood that is not finite.
-// DEVIATION(eq. 19): an option only; the chapter has one rank for all joints.
-pub fn choose_rank_per_joint(
-    candidates: &[RankCandidate],
-    counts: &RankCounts,
-    criterion: Criterion,
-) -> Result<Vec<RankChoice>, MtgpError> {
-    require_usable(candidates, counts)?;
-    let choose = |joint: usize| {
-        least(candidates, criterion, |candidate| {
-            criterion.value(
-                candidate.log_marginals[joint],
-                counts.n_params_of_joint(joint, candidate.rank),
-                counts.n_observations[joint],
-            )
-        })
-    };
-    Ok((0..counts.n_input_params.len()).map(choose).collect())
 }
 
 /// The candidate with the least value; of equal values the lower rank.

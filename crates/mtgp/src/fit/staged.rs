@@ -18,7 +18,7 @@ use super::moments::pooled_moments;
 use super::options::MultiTaskOptions;
 use super::parts::{part_for_step_1, require_targets};
 use super::task_fit::TaskFit;
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::prior::MultiTaskCovariance;
 use crate::prior::Stacked;
 use crate::prior::rank_part;
@@ -184,15 +184,8 @@ fn is_pooled_best(stage_one: &StageOne, warm: &[&TaskFit]) -> bool {
 }
 
 fn require_tasks(data: &Stacked, fit: &TaskFit) -> Result<(), MtgpError> {
-    let (found, expected) = (fit.covariance().n_tasks(), data.n_tasks());
-    if found == expected {
-        return Ok(());
-    }
-    Err(MtgpError::CountMismatch {
-        what: "tasks of a fit to start from",
-        found,
-        expected,
-    })
+    let n_tasks = fit.covariance().n_tasks();
+    require_count("tasks of a fit to start from", n_tasks, data.n_tasks())
 }
 
 /// (θ₁^x, K₁^ρ, σ₀).

@@ -3,9 +3,10 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use gp_core::Posterior;
+use gp_core::data::require_inputs;
 use kernels::Covariance;
 
-use crate::error::{MtgpError, require_inputs};
+use crate::error::MtgpError;
 use crate::latent::whitening::points_of;
 use crate::prior::{MultiTaskCovariance, TaskMatrix};
 

@@ -2,11 +2,13 @@
 
 use faer::{Mat, MatRef};
 use gp_core::Posterior;
+use gp_core::data::require_inputs;
 use kernels::Covariance;
+use linalg::mirror;
 
-use crate::error::{MtgpError, require_inputs};
+use crate::error::MtgpError;
 use crate::latent::predictive::PredictiveDensity;
-use crate::latent::whitening::{add_transposed_product, mirror, points_of};
+use crate::latent::whitening::{add_transposed_product, points_of};
 use crate::prior::{MultiTaskCovariance, TaskRow};
 
 /// Posterior of the r latent functions at k new inputs: all that any task's torques there need.

@@ -11,4 +11,4 @@ pub use latent_functions::LatentFunctions;
 pub(crate) use latent_predictor::{LatentPredictor, LatentSample};
 pub use predictive::PredictiveDensity;
 pub(crate) use predictive::require_torques;
-pub(crate) use whitening::{add_inner_product, add_transposed_product, mirror, points_of};
+pub(crate) use whitening::{add_transposed_product, points_of};

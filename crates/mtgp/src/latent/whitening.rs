@@ -4,10 +4,9 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, ColMut, Mat, MatRef, Par};
 use gp_core::Posterior;
-use linalg::{Factor, TriangularRows, product};
+use linalg::{Factor, TriangularRows, add_inner_product, product};
 
 use crate::error::MtgpError;
-
 use crate::prior::{MultiTaskCovariance, split};
 
 /// The covariates of a posterior's points B, (b, d), and their tasks, (b,).
@@ -68,20 +67,6 @@ fn remaining(r: MatRef<'_, f64>, noise_var: f64) -> Result<Mat<f64>, MtgpError> 
             0.0
         }
     }))
-}
-
-/// out += factor · vᵀv
-pub(crate) fn add_inner_product(out: &mut Mat<f64>, factor: f64, v: MatRef<'_, f64>) {
-    matmul(out.as_mut(), Accum::Add, v.transpose(), v, factor, Par::Seq);
-}
-
-/// Copies the lower triangle to the upper one.
-pub(crate) fn mirror(matrix: &mut Mat<f64>) {
-    for col in 1..matrix.ncols() {
-        for row in 0..col {
-            matrix[(row, col)] = matrix[(col, row)];
-        }
-    }
 }
 
 /// out += aᵀv

@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef};
 use kernels::{ParamLayout, Transform};
 
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::prior::task_matrix::{TaskMatrix, symmetric_weights};
 
 /// The factor Λ of K^ρ = ΛΛᵀ: lower triangular with its columns cut off at the rank.
@@ -60,13 +60,7 @@ impl TaskFactor {
     pub fn from_entries(n_tasks: usize, rank: usize, entries: &[f64]) -> Result<Self, MtgpError> {
         require_rank(n_tasks, rank)?;
         let expected = Self::count(n_tasks, rank);
-        if entries.len() != expected {
-            return Err(MtgpError::CountMismatch {
-                what: "entries of task_factor",
-                found: entries.len(),
-                expected,
-            });
-        }
+        require_count("entries of task_factor", entries.len(), expected)?;
         let mut lambda = Mat::zeros(n_tasks, rank);
         for ((row, col), value) in free_entries(n_tasks, rank).zip(entries) {
             lambda[(row, col)] = *value;

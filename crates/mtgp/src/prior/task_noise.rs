@@ -13,7 +13,7 @@ use gp_core::evidence::{Evaluation, Evidence};
 use gp_core::{LikelihoodOptions, LogMarginal};
 use kernels::Covariance;
 
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::prior::layout::Stacked;
 use crate::prior::multi_task_covariance::MultiTaskCovariance;
 use crate::prior::task_cov::{TaskCovariance, TaskFactor};
@@ -37,13 +37,8 @@ impl TaskNoise {
     /// [`MtgpError::CountMismatch`] unless there is one per task;
     /// [`MtgpError::Kernel`] for one that is not finite and above zero.
     pub fn new(prior: MultiTaskCovariance, task_noise_std: Vec<f64>) -> Result<Self, MtgpError> {
-        if task_noise_std.len() != prior.n_tasks() {
-            return Err(MtgpError::CountMismatch {
-                what: "noise standard deviations of tasks",
-                found: task_noise_std.len(),
-                expected: prior.n_tasks(),
-            });
-        }
+        let what = "noise standard deviations of tasks";
+        require_count(what, task_noise_std.len(), prior.n_tasks())?;
         let is_bad = |value: &f64| !(value.is_finite() && *value > 0.0);
         match task_noise_std.iter().position(is_bad) {
             None => Ok(Self {
@@ -109,19 +104,8 @@ impl TaskNoise {
 
     /// t′, (n,).
     fn white_targets(&self, data: &Stacked, targets: &[f64]) -> Result<Vec<f64>, MtgpError> {
-        let counts = [
-            ("tasks", data.n_tasks(), self.prior.n_tasks()),
-            ("targets", targets.len(), data.tasks().len()),
-        ];
-        for (what, found, expected) in counts {
-            if found != expected {
-                return Err(MtgpError::CountMismatch {
-                    what,
-                    found,
-                    expected,
-                });
-            }
-        }
+        require_count("tasks", data.n_tasks(), self.prior.n_tasks())?;
+        require_count("targets", targets.len(), data.tasks().len())?;
         if let Some(row) = targets.iter().position(|target| !target.is_finite()) {
             return Err(MtgpError::NonFinite {
                 what: "target",

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use crate::error::MtgpError;
+use crate::error::{MtgpError, require_count};
 use crate::prior::task_cov::{TaskCovariance, TaskFactor};
 
 /// How the torque of a task is made of the r latent functions f_c, and of one of its own.
@@ -32,13 +32,7 @@ impl TaskRow {
 
     /// Fails unless there are r finite entries and a finite s.
     pub(crate) fn require(&self, rank: usize) -> Result<(), MtgpError> {
-        if self.entries.len() != rank {
-            return Err(MtgpError::CountMismatch {
-                what: "entries of a task's row",
-                found: self.entries.len(),
-                expected: rank,
-            });
-        }
+        require_count("entries of a task's row", self.entries.len(), rank)?;
         let mut values = self.entries.iter().chain([&self.own_std]).enumerate();
         match values.find(|(_, value)| !value.is_finite()) {
             None => Ok(()),
@@ -80,13 +74,7 @@ impl TaskCovariance {
         let root = self.root();
         row.require(root.ncols())?;
         if row.own_std != 0.0 {
-            let (what, found, expected) =
-                ("columns of task_factor", root.ncols() + 1, root.ncols());
-            return Err(MtgpError::CountMismatch {
-                what,
-                found,
-                expected,
-            });
+            require_count("columns of task_factor", root.ncols() + 1, root.ncols())?;
         }
         let m = root.nrows();
         let grown = Mat::from_fn(m + 1, root.ncols(), |task, c| {

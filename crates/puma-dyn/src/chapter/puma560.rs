@@ -47,14 +47,14 @@ struct Row {
     coulomb_motor: [f64; 2], // positive, negative speed
 }
 
+const fn dh(alpha: f64, a: f64, d: f64) -> DhLink {
+    DhLink { alpha, a, d }
+}
+
 /// The parameter table: kinematics, mass distribution, drives, for joints 1 to 6.
 const TABLE: [Row; N_JOINTS] = [
     Row {
-        dh: DhLink {
-            alpha: FRAC_PI_2,
-            a: 0.0,
-            d: 0.0,
-        }, // rad, m, m [T]
+        dh: dh(FRAC_PI_2, 0.0, 0.0),    // alpha, a, d: rad, m, m [T]
         mass: 0.0,                      // kg [T], deliberate: the first axis carries it
         centre: [0.0, 0.0, 0.0],        // m [T]
         inertia: [0.0, 0.35, 0.0],      // kg m² [T] [C]; only yy acts
@@ -64,11 +64,7 @@ const TABLE: [Row; N_JOINTS] = [
         coulomb_motor: [0.395, -0.435], // N·m, motor side [T] [C]
     },
     Row {
-        dh: DhLink {
-            alpha: 0.0,
-            a: 0.4318,
-            d: 0.0,
-        }, // rad, m, m [T] [C]
+        dh: dh(0.0, 0.4318, 0.0),         // alpha, a, d: rad, m, m [T] [C]
         mass: 17.4,                       // kg [T] [C]
         centre: [-0.3638, 0.006, 0.2275], // m [T] [C]
         inertia: [0.13, 0.524, 0.539],    // kg m² [T] [C]
@@ -78,25 +74,17 @@ const TABLE: [Row; N_JOINTS] = [
         coulomb_motor: [0.126, -0.071],   // N·m, motor side [T] [C]
     },
     Row {
-        dh: DhLink {
-            alpha: -FRAC_PI_2,
-            a: 0.0203,
-            d: 0.15005,
-        }, // rad, m, m [T] [C]
-        mass: 4.8,                         // kg [T] [C]
-        centre: [-0.0203, -0.0141, 0.070], // m [T] [C]
-        inertia: [0.066, 0.086, 0.0125],   // kg m² [T] [C]
-        rotor_inertia: 200e-6,             // kg m², motor side [T]
-        gear_ratio: -53.7063,              // [T] [C]
-        viscous_motor: 1.38e-3,            // N·m·s/rad, motor side [T] [C]
-        coulomb_motor: [0.132, -0.105],    // N·m, motor side [T] [C]
+        dh: dh(-FRAC_PI_2, 0.0203, 0.15005), // alpha, a, d: rad, m, m [T] [C]
+        mass: 4.8,                           // kg [T] [C]
+        centre: [-0.0203, -0.0141, 0.070],   // m [T] [C]
+        inertia: [0.066, 0.086, 0.0125],     // kg m² [T] [C]
+        rotor_inertia: 200e-6,               // kg m², motor side [T]
+        gear_ratio: -53.7063,                // [T] [C]
+        viscous_motor: 1.38e-3,              // N·m·s/rad, motor side [T] [C]
+        coulomb_motor: [0.132, -0.105],      // N·m, motor side [T] [C]
     },
     Row {
-        dh: DhLink {
-            alpha: FRAC_PI_2,
-            a: 0.0,
-            d: 0.4318,
-        }, // rad, m, m [T] [C]
+        dh: dh(FRAC_PI_2, 0.0, 0.4318),     // alpha, a, d: rad, m, m [T] [C]
         mass: 0.82,                         // kg [T] [C]
         centre: [0.0, 0.019, 0.0],          // m [T] [C]
         inertia: [1.8e-3, 1.3e-3, 1.8e-3],  // kg m² [T] [C]
@@ -106,11 +94,7 @@ const TABLE: [Row; N_JOINTS] = [
         coulomb_motor: [11.2e-3, -16.9e-3], // N·m, motor side [T] [C]
     },
     Row {
-        dh: DhLink {
-            alpha: -FRAC_PI_2,
-            a: 0.0,
-            d: 0.0,
-        }, // rad, m, m [T] [C]
+        dh: dh(-FRAC_PI_2, 0.0, 0.0),       // alpha, a, d: rad, m, m [T] [C]
         mass: 0.34,                         // kg [T] [C]
         centre: [0.0, 0.0, 0.0],            // m [T] [C]
         inertia: [0.3e-3, 0.4e-3, 0.3e-3],  // kg m² [T] [C]
@@ -120,11 +104,7 @@ const TABLE: [Row; N_JOINTS] = [
         coulomb_motor: [9.26e-3, -14.5e-3], // N·m, motor side [T] [C]
     },
     Row {
-        dh: DhLink {
-            alpha: 0.0,
-            a: 0.0,
-            d: 0.0,
-        }, // rad, m, m [T] [C]
+        dh: dh(0.0, 0.0, 0.0),                // alpha, a, d: rad, m, m [T] [C]
         mass: 0.09,                           // kg [T] [C]
         centre: [0.0, 0.0, 0.032],            // m [T] [C]
         inertia: [0.15e-3, 0.15e-3, 0.04e-3], // kg m² [T] [C]

@@ -5,7 +5,7 @@ use std::time::Instant;
 use gp_core::optimize::MinimizeOptions;
 use mtgp::context::{ContextPrior, JointTorques, WithTorqueNoise, context_evidence};
 use mtgp::latent::LatentFunctions;
-use mtgp::novel::{AdaptedPosterior, Border, NewTorques, fit_row_from_population};
+use mtgp::novel::{Border, NewTorques, fit_row_from_population, predict_mean_of_new_context};
 use serde::{Deserialize, Serialize};
 use torque_model::{Adapt, RobotModel, TaskProcess, TorqueFunction, adapt_joint};
 
@@ -181,9 +181,9 @@ impl Learners<'_> {
         let known = process.covariance().task().rows();
         let border = Border::WithOwnVariance;
         let fit = fit_row_from_population(&[new], &known, border, N_NEAREST, &row_search())?;
-        let posterior = process.posterior.clone();
-        let adapted = AdaptedPosterior::from_latent(posterior, fit.row, samples.x.as_ref(), new)?;
-        Ok(adapted.predict_mean(self.test.x.as_ref(), adapted.new_context())?)
+        let (x, test) = (samples.x.as_ref(), self.test.x.as_ref());
+        let means = predict_mean_of_new_context(&process.posterior, &fit.row, x, new, test)?;
+        Ok(means)
     }
 
     fn alone(&self, samples: &Samples, joint_idx: usize) -> Option<Vec<f64>> {
