@@ -43,14 +43,10 @@ impl JointModel {
     /// Its name in tables: that of the chapter, or rbd and rbd+gp.
     pub fn name(&self) -> String {
         match self {
-            Self::Linear(linear) => match linear.form() {
-                LinearForm::Smooth => "LR¬c".to_owned(),
-                LinearForm::Coulomb => "LRc".to_owned(),
-            },
-            Self::Process(process) => match process.posterior.covariance().form() {
-                TorqueForm::Smooth => "GP¬c".to_owned(),
-                TorqueForm::Coulomb => "GPc".to_owned(),
-            },
+            Self::Linear(linear) => linear_name(linear.form()).to_owned(),
+            Self::Process(process) => {
+                process_name(process.posterior.covariance().form()).to_owned()
+            }
             Self::Tasks(process) => process.name(),
             Self::RigidBody(_) => "rbd".to_owned(),
             Self::RigidBodyAndProcess(_) => "rbd+gp".to_owned(),
@@ -134,6 +130,22 @@ impl JointModel {
         rows: RegressorRows,
     ) -> Self {
         Self::RigidBodyAndProcess(Box::new(informed(fit, rows)))
+    }
+}
+
+/// The chapter's name of a linear model.
+pub(crate) fn linear_name(form: LinearForm) -> &'static str {
+    match form {
+        LinearForm::Smooth => "LR¬c",
+        LinearForm::Coulomb => "LRc",
+    }
+}
+
+/// The chapter's name of a process of one load.
+pub(crate) fn process_name(form: TorqueForm) -> &'static str {
+    match form {
+        TorqueForm::Smooth => "GP¬c",
+        TorqueForm::Coulomb => "GPc",
     }
 }
 

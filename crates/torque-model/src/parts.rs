@@ -1,5 +1,6 @@
 //! What a model of a robot consists of, and whether it fits together.
 
+use mtgp::MtgpError;
 use puma_dyn::Model;
 use serde::{Deserialize, Serialize};
 
@@ -37,6 +38,15 @@ pub struct RankSelection {
     pub criterion: String,
     /// Every rank tried with its value: the least is best.
     pub values: Vec<(usize, f64)>,
+}
+
+/// The number of a context by its name.
+pub(crate) fn context_number(contexts: &[String], name: &str) -> Result<usize, MtgpError> {
+    let found = contexts.iter().position(|known| known == name);
+    found.ok_or_else(|| MtgpError::UnknownContext {
+        name: name.to_owned(),
+        known: contexts.to_vec(),
+    })
 }
 
 /// A joint's model that knows the parameters of another robot.

@@ -10,7 +10,7 @@ use mtgp::{MultiTaskCovariance, TaskFit};
 
 use crate::error::TorqueError;
 use crate::fit_summary::FitSummary;
-use crate::rows::{Rows, TaskRows, require_states};
+use crate::rows::{Rows, TaskRows, require_context, require_states};
 
 /// The torque of one joint as a function of state and context.
 pub trait TorqueFunction: Send + Sync {
@@ -94,7 +94,8 @@ impl TorqueFunction for BayesLinear {
         LINEAR_NOISE_VAR
     }
 
-    fn predict(&self, _context: usize, x: MatRef<'_, f64>) -> Result<Prediction, TorqueError> {
+    fn predict(&self, context: usize, x: MatRef<'_, f64>) -> Result<Prediction, TorqueError> {
+        require_context(context, 1)?;
         require_states(x, self.n_joints())?;
         Ok(Prediction {
             mean: self.predict_mean(x)?,
@@ -103,7 +104,8 @@ impl TorqueFunction for BayesLinear {
         })
     }
 
-    fn predict_mean(&self, _context: usize, x: MatRef<'_, f64>) -> Result<Vec<f64>, TorqueError> {
+    fn predict_mean(&self, context: usize, x: MatRef<'_, f64>) -> Result<Vec<f64>, TorqueError> {
+        require_context(context, 1)?;
         Ok(self.predict_mean(x)?)
     }
 }

@@ -10,7 +10,7 @@ use puma_dyn::Model;
 use crate::error::{TorqueError, consistent};
 use crate::file::{ModelFileError, ModelFileKind, read_model, write_model};
 use crate::joint_model::JointModel;
-use crate::parts::{ModelParts, inconsistency, kind_of, other_robot};
+use crate::parts::{ModelParts, context_number, inconsistency, kind_of, other_robot};
 use crate::prediction::JointPrediction;
 use crate::predictor::Predictor;
 use crate::process::TaskProcess;
@@ -114,12 +114,7 @@ impl RobotModel {
     /// # Errors
     /// [`MtgpError::UnknownContext`] with those that the model has.
     pub fn number_of(&self, context: &str) -> Result<usize, MtgpError> {
-        let contexts = &self.parts.contexts;
-        let found = contexts.iter().position(|name| name == context);
-        found.ok_or_else(|| MtgpError::UnknownContext {
-            name: context.to_owned(),
-            known: contexts.clone(),
-        })
+        context_number(&self.parts.contexts, context)
     }
 
     /// The models, each with the index of its joint, in ascending order.

@@ -199,7 +199,7 @@ pub(crate) fn require_states(x: MatRef<'_, f64>, n_joints: usize) -> Result<(), 
     Ok(data::require_finite_inputs(x)?)
 }
 
-fn require_context(context: usize, n_tasks: usize) -> Result<(), TorqueError> {
+pub(crate) fn require_context(context: usize, n_tasks: usize) -> Result<(), TorqueError> {
     if context < n_tasks {
         return Ok(());
     }

@@ -102,13 +102,11 @@ impl Samples {
             joint_idx: joint.joint_idx,
             values: rows.iter().map(|&row| joint.values[row]).collect(),
         };
-        let contexts = self.context_of.iter();
-        let contexts: Vec<usize> = contexts.copied().collect();
         Self {
             joint_names: self.joint_names.clone(),
             contexts: self.contexts.clone(),
             context_of: (rows.iter())
-                .filter_map(|&row| contexts.get(row).copied())
+                .filter_map(|&row| self.context_of.get(row).copied())
                 .collect(),
             x: picked(self.x.as_ref(), rows),
             torques: self.torques.iter().map(of_joint).collect(),

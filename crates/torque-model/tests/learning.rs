@@ -70,6 +70,7 @@ fn learners_of_one_load_learn_what_their_crate_learns() {
             learner.name()
         );
         assert_eq!(model.ranges(), &samples.ranges().unwrap());
+        assert!(model.predict_joint(0, 1, x).is_err(), "one context");
     }
 }
 

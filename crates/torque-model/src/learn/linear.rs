@@ -3,7 +3,7 @@
 use gp_core::fit::{BayesLinear, LinearForm};
 
 use crate::error::TorqueError;
-use crate::joint_model::JointModel;
+use crate::joint_model::{JointModel, linear_name};
 use crate::learn::candidate::Candidate;
 use crate::learn::learner::Learn;
 use crate::samples::{JointTorques, Samples};
@@ -31,10 +31,7 @@ impl Linear {
 
 impl Learn for Linear {
     fn name(&self) -> String {
-        match self.form {
-            LinearForm::Smooth => "LR¬c".to_owned(),
-            LinearForm::Coulomb => "LRc".to_owned(),
-        }
+        linear_name(self.form).to_owned()
     }
 
     fn candidates(

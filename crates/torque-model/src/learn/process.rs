@@ -4,7 +4,7 @@ use gp_core::FitOptions;
 use kernels::TorqueForm;
 
 use crate::error::TorqueError;
-use crate::joint_model::JointModel;
+use crate::joint_model::{JointModel, process_name};
 use crate::learn::candidate::Candidate;
 use crate::learn::learner::Learn;
 use crate::samples::{JointTorques, Samples};
@@ -20,10 +20,7 @@ pub struct SingleProcess {
 
 impl Learn for SingleProcess {
     fn name(&self) -> String {
-        match self.form {
-            TorqueForm::Smooth => "GP¬c".to_owned(),
-            TorqueForm::Coulomb => "GPc".to_owned(),
-        }
+        process_name(self.form).to_owned()
     }
 
     fn candidates(

@@ -22,13 +22,13 @@ use rayon::prelude::*;
 
 use crate::error::TorqueError;
 use crate::joint_model::JointModel;
-use crate::parts::ModelParts;
+use crate::parts::{ModelParts, context_number};
 use crate::prediction::{JointPrediction, copy_row, empty_predictions};
 use crate::predictor::linear::LinearPredictor;
 use crate::predictor::process::ProcessPredictor;
 use crate::predictor::regressor::RegressorPredictor;
 use crate::ranges::TrainingRanges;
-use crate::rows::n_parameters;
+use crate::rows::{n_parameters, require_context};
 
 /// States that one thread predicts before it takes others.
 const PANEL: usize = 32;
@@ -157,11 +157,7 @@ impl Predictor {
     /// # Errors
     /// [`MtgpError::UnknownContext`] with those that the model has.
     pub fn number_of(&self, context: &str) -> Result<usize, MtgpError> {
-        let found = self.contexts.iter().position(|name| name == context);
-        found.ok_or_else(|| MtgpError::UnknownContext {
-            name: context.to_owned(),
-            known: self.contexts.clone(),
-        })
+        context_number(&self.contexts, context)
     }
 
     /// Number of learned joints, the length of a prediction.
@@ -281,10 +277,8 @@ impl Predictor {
         x: MatRef<'_, f64>,
     ) -> Result<Vec<JointPrediction>, TorqueError> {
         let (n, n_learned) = (x.nrows(), self.n_learned());
-        if let Some(&context) = contexts.iter().find(|c| **c >= self.n_contexts()) {
-            let n_tasks = self.n_contexts();
-            let (row, task) = (0, context);
-            return Err(MtgpError::UnknownTask { row, task, n_tasks }.into());
+        for context in contexts {
+            require_context(*context, self.n_contexts())?;
         }
         let mut numbers = vec![0.0; 2 * n_learned * n];
         let panels = numbers.par_chunks_mut(2 * n_learned * PANEL).enumerate();
