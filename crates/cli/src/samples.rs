@@ -1,7 +1,7 @@
 //! Measured states and torques, read whole: what a model is learned from or judged by.
 
 use faer::Mat;
-use torque_model::{JointTorques, Samples};
+use torque_model::{JointTorques, Samples, Timeline};
 
 use crate::columns::StateColumns;
 use crate::context::ContextFilter;
@@ -224,6 +224,7 @@ impl DataColumns {
                 .zip(torques)
                 .map(|(joint_idx, values)| JointTorques { joint_idx, values })
                 .collect(),
+            timeline: Timeline::default(),
         };
         Ok(Data {
             samples,

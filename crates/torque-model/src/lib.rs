@@ -16,6 +16,7 @@ mod robot_model;
 mod robot_source;
 mod rows;
 mod samples;
+mod timeline;
 
 pub use adapt::{Adapt, adapt, adapt_joint};
 pub use error::TorqueError;
@@ -36,3 +37,4 @@ pub use robot_model::RobotModel;
 pub use robot_source::{Robot, RobotSource};
 pub use rows::{RegressorRows, Rows, States, TaskRows};
 pub use samples::{JointTorques, Samples};
+pub use timeline::{HysteresisColumns, Timeline};

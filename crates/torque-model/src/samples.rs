@@ -5,6 +5,7 @@ use gp_core::GpError;
 
 use crate::error::{TorqueError, consistent};
 use crate::ranges::TrainingRanges;
+use crate::timeline::Timeline;
 
 /// What a model is learned from.
 ///
@@ -22,6 +23,8 @@ pub struct Samples {
     pub x: Mat<f64>,
     /// Torques of some joints, in ascending order of the joints.
     pub torques: Vec<JointTorques>,
+    /// When and in which run the rows were measured, as far as the log says it.
+    pub timeline: Timeline,
 }
 
 /// Measured torques of one joint.
@@ -49,6 +52,7 @@ impl Samples {
             context_of: Vec::new(),
             x,
             torques,
+            timeline: Timeline::default(),
         };
         samples.check()?;
         Ok(samples)
@@ -110,6 +114,7 @@ impl Samples {
                 .collect(),
             x: picked(self.x.as_ref(), rows),
             torques: self.torques.iter().map(of_joint).collect(),
+            timeline: self.timeline.rows(rows, self.n_joints()),
         }
     }
 
@@ -127,6 +132,7 @@ impl Samples {
         if found != expected {
             return Err(GpError::WrongCovariates { found, expected }.into());
         }
+        self.timeline.check(n, n_joints)?;
         let ascend = self
             .torques
             .windows(2)

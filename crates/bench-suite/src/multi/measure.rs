@@ -141,7 +141,7 @@ mod tests {
 
     use mtgp::Criterion;
     use torque_model::learn::{ManyContexts, Ranks, Tasks};
-    use torque_model::{JointTorques, Provenance, RobotModel, Samples};
+    use torque_model::{JointTorques, Provenance, RobotModel, Samples, Timeline};
 
     use super::*;
     use crate::dataset::DataSet;
@@ -175,6 +175,7 @@ mod tests {
                 joint_idx: unit.joint - 1,
                 values: training.targets.clone(),
             }],
+            timeline: Timeline::default(),
         }
     }
 

@@ -4,7 +4,7 @@ use std::error::Error;
 
 use faer::Mat;
 use puma_dyn::Scenario;
-use torque_model::{JointTorques, Samples};
+use torque_model::{JointTorques, Samples, Timeline};
 
 /// One round of a path at a speed with each of some loads: `n` states per load, the torques of some joints.
 pub fn log(
@@ -35,6 +35,7 @@ pub fn log(
         context_of: (0..loads.len() * n).map(|row| row / n).collect(),
         x: states,
         torques: joints.iter().map(of_joint).collect(),
+        timeline: Timeline::default(),
     };
     samples.check()?;
     Ok(samples)
