@@ -4,6 +4,7 @@
 pub(crate) mod body;
 pub(crate) mod description;
 pub(crate) mod friction_law;
+pub(crate) mod friction_term;
 pub(crate) mod model;
 pub(crate) mod sidecar;
 pub(crate) mod text_file;
@@ -17,6 +18,7 @@ pub use description::{
     RobotDescription,
 };
 pub use friction_law::{Effects, Friction};
+pub use friction_term::{DriveState, FrictionTerm, next_hysteresis};
 pub use model::Model;
 pub use sidecar::Sidecar;
 pub use urdf::{Loaded, load_urdf, parse_urdf};
