@@ -29,6 +29,12 @@ pub enum TorqueError {
         /// What is asked, and of which kind.
         what: String,
     },
+    /// A log's times, runs or columns do not allow what is asked.
+    #[error("{what}")]
+    Log {
+        /// What does not fit, with its place.
+        what: String,
+    },
     /// A state is so large that a torque overflows.
     #[error(
         "row {row}: the state is so large that the torque of joint {joint_idx} is not a finite number"

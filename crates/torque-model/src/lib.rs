@@ -12,6 +12,7 @@ mod predictor;
 mod process;
 mod provenance;
 mod ranges;
+pub mod rigid_body;
 mod robot_model;
 mod robot_source;
 mod rows;

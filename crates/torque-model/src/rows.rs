@@ -192,7 +192,11 @@ pub fn regressor_of(
 }
 
 pub(crate) fn require_states(x: MatRef<'_, f64>, n_joints: usize) -> Result<(), TorqueError> {
-    let (found, expected) = (x.ncols(), 3 * n_joints);
+    require_finite(x, 3 * n_joints)
+}
+
+pub(crate) fn require_finite(x: MatRef<'_, f64>, expected: usize) -> Result<(), TorqueError> {
+    let found = x.ncols();
     if found != expected {
         return Err(GpError::WrongCovariates { found, expected }.into());
     }

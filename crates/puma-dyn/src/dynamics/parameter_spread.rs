@@ -54,13 +54,27 @@ impl ParameterSpread {
         assert_eq!(parameters.len() % per_joint, 0, "fourteen per joint");
         let n_joints = parameters.len() / per_joint;
         let (bodies, drives) = parameters.split_at(n_joints * N_PARAMETERS);
-        let of_bodies = bodies.chunks_exact(N_PARAMETERS).flat_map(|body| {
+        let of_drives = drives.iter().map(|value| self.relative * value.abs());
+        (self.std_of_bodies(bodies).into_iter())
+            .chain(of_drives)
+            .collect()
+    }
+
+    /// The same of the bodies alone.
+    ///
+    /// # Shapes
+    /// `parameters` (10 n_joints,) in the order of [`crate::regressor`]; the result as many.
+    #[must_use]
+    pub fn std_of_bodies(&self, parameters: &[f64]) -> Vec<f64> {
+        let of_body = |body: &[f64]| {
             let mass = body[0].abs().max(self.least_mass);
             let size = |idx: usize| body[idx].abs().max(mass * self.arm.powi(order(idx)));
             std::array::from_fn::<f64, N_PARAMETERS, _>(|idx| self.relative * size(idx))
-        });
-        let of_drives = drives.iter().map(|value| self.relative * value.abs());
-        of_bodies.chain(of_drives).collect()
+        };
+        parameters
+            .chunks_exact(N_PARAMETERS)
+            .flat_map(of_body)
+            .collect()
     }
 
     /// Standard deviations of what an unknown load adds to the ten parameters of the body that carries it.

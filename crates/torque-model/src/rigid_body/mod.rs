@@ -1,0 +1,36 @@
+//! The model of a real robot: parameters shared by joints and loads, friction that remembers, honest error bars.
+//!
+//! ```text
+//! y_j = Y_j(q, q̇, q̈)(π + E ψ_c) + φ_jᵀ θ_j + ε_j
+//! ```
+//! π are the inertial parameters of the links, one vector for all joints; ψ_c the ten of the load that context c
+//! carries; φ_j friction terms of joint j; ε noise with a profile over speed, correlated within runs.
+//! What is learned is one normal posterior, in closed form.
+
+mod adapt;
+mod correlation;
+mod design;
+mod evidence;
+mod fit;
+mod log;
+mod low_rank;
+mod noise;
+mod normal_equations;
+mod posterior;
+mod prior;
+mod state_rows;
+mod term_set;
+mod unknowns;
+
+#[cfg(test)]
+mod golden;
+
+pub use correlation::LEAST_SECONDS;
+pub use evidence::LoadEvidence;
+pub use fit::FitSettings;
+pub use low_rank::LowRank;
+pub use noise::{JointNoise, N_BINS, SPEED_EDGES, bin_of};
+pub use posterior::{LearnedJoint, ParameterPosterior, PosteriorParts};
+pub use prior::{LOAD_STD, body_std, friction_std};
+pub use term_set::TermSet;
+pub use unknowns::Unknowns;
