@@ -4,6 +4,7 @@ mod candidate;
 mod learner;
 mod linear;
 mod many_contexts;
+mod own_unit;
 mod process;
 mod rigid_body;
 
@@ -11,5 +12,6 @@ pub use candidate::{Candidate, TaskCandidate};
 pub use learner::{Learn, Learned, LearnedJoint, Silent, Watch, learn_joints};
 pub use linear::Linear;
 pub use many_contexts::{ManyContexts, Ranks, Tasks, candidate_ranks};
+pub use own_unit::InOwnUnit;
 pub use process::SingleProcess;
 pub use rigid_body::{InformedJoint, RigidBody, RigidBodyForm};
