@@ -192,7 +192,7 @@ fn of_context(name: &str) -> String {
 #[test]
 fn hyperparameters_shown_by_inspect_have_the_likelihood_of_the_fit() {
     let folder = folder(10);
-    folder.run(&format!("{FIT} mgp --rank 2 --method dense"));
+    folder.run(&format!("{FIT} mgp --rank 2 --method dense --chapter"));
     let inspected = json(&folder, "inspect model.tgp");
     assert_eq!(inspected["kind"], "several contexts");
     assert_eq!(inspected["contexts"][2]["context"], "c7");

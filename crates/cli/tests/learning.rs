@@ -166,7 +166,7 @@ fn the_linear_model_is_the_librarys() {
     folder.run("fit --data train.csv --model lrc --joints 2 --output model.tgp");
     let model = load(&folder, "model.tgp");
     let train = folder.read("train.csv");
-    let linear = learned(&train, 2, &Linear::coulomb());
+    let linear = learned(&train, 2, &Linear::coulomb().by_evidence());
     let test = states(&folder.read("test.csv"));
     let predict = |model: &RobotModel| model.predict(0, test.as_ref()).unwrap();
     assert_eq!(predict(&model), predict(&linear));

@@ -10,7 +10,7 @@ mod rigid_body;
 
 pub use candidate::{Candidate, TaskCandidate};
 pub use learner::{Learn, Learned, LearnedJoint, Silent, Watch, learn_joints};
-pub use linear::Linear;
+pub use linear::{Linear, LinearVariances};
 pub use many_contexts::{ManyContexts, Ranks, Tasks, candidate_ranks};
 pub use own_unit::InOwnUnit;
 pub use process::SingleProcess;

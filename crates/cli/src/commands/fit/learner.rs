@@ -18,14 +18,22 @@ pub fn learner(args: &Args) -> Result<Box<dyn Learn>, CliError> {
     Ok(match args.model {
         ModelArg::Gpc => process(args, TorqueForm::Coulomb),
         ModelArg::Gp => process(args, TorqueForm::Smooth),
-        ModelArg::Lrc => Box::new(Linear::coulomb()),
-        ModelArg::Lr => Box::new(Linear::smooth()),
+        ModelArg::Lrc => Box::new(linear(args, Linear::coulomb())),
+        ModelArg::Lr => Box::new(linear(args, Linear::smooth())),
         ModelArg::Rbd => Box::new(rigid_body(args, RigidBodyForm::Alone)?),
         ModelArg::RbdGp => Box::new(rigid_body(args, RigidBodyForm::WithProcess)?),
         ModelArg::Mgp => many_contexts(args, Tasks::Transfer(ranks(args))),
         ModelArg::Igp => many_contexts(args, Tasks::Independent),
         ModelArg::Pgp => many_contexts(args, Tasks::Pooled),
     })
+}
+
+fn linear(args: &Args, of_chapter: Linear) -> Linear {
+    if args.chapter {
+        of_chapter
+    } else {
+        of_chapter.by_evidence()
+    }
 }
 
 fn process(args: &Args, form: TorqueForm) -> Box<dyn Learn> {
