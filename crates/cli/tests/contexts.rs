@@ -152,7 +152,7 @@ fn evaluation_is_by_context_and_on_average() {
 fn a_log_of_one_context_without_the_column_is_judged_in_the_one_asked_for() {
     let folder = folder(12);
     folder.run(&format!("{FIT} mgp --rank 2"));
-    folder.write("named.csv", &of_context("c2"));
+    folder.write("named.csv", of_context("c2"));
     folder.write(
         "log.csv",
         of_context("c2").replace("c2,", "").replace("context,", ""),
@@ -183,10 +183,8 @@ fn of_context(name: &str) -> String {
     let mut lines = all.lines();
     let header = lines.next().unwrap();
     let of_context = lines.filter(|line| line.starts_with(&format!("{name},")));
-    std::iter::once(header)
-        .chain(of_context)
-        .map(|line| format!("{line}\n"))
-        .collect()
+    let lines: Vec<&str> = std::iter::once(header).chain(of_context).collect();
+    lines.join("\n") + "\n"
 }
 
 #[test]

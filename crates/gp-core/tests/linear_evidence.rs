@@ -1,5 +1,6 @@
 //! Variances of the highest evidence, against the density of the targets written out and against what they were made with.
 
+use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use gp_core::{BayesLinear, LinearForm};
 
@@ -39,7 +40,6 @@ fn log_density(x: &Mat<f64>, targets: &[f64], noise_var: f64, weight_var: f64) -
     let llt = k.llt(Side::Lower).unwrap();
     let ones = Mat::<f64>::ones(n, 1);
     let t = Mat::from_fn(n, 1, |row, _| targets[row]);
-    use faer::linalg::solvers::Solve;
     let (k_ones, k_t) = (llt.solve(&ones), llt.solve(&t));
     // Patterson & Thompson 1971: the quadratic form about the generalised mean, and |1ᵀK⁻¹1|.
     let sum = |m: &Mat<f64>| m.col(0).iter().sum::<f64>();
