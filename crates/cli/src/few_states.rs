@@ -3,7 +3,6 @@
 use std::fmt;
 
 use faer::MatRef;
-use mtgp::prior::TaskCovariance;
 use torque_model::{RobotModel, TorqueError, different_states};
 
 /// Fewer different states than the rank, in more rows than one.
@@ -14,17 +13,14 @@ pub struct FewStates {
 }
 
 impl FewStates {
-    /// Of the joint with the highest rank for its states; `None` where all have states enough, or fixed relations.
+    /// Of the first joint with fewer states than its rank; `None` where all have enough.
     ///
     /// # Errors
     /// States of another robot.
     pub fn of(model: &RobotModel, x: MatRef<'_, f64>) -> Result<Option<Self>, TorqueError> {
         let n_rows = x.nrows();
         for (_, process) in model.tasks() {
-            let TaskCovariance::Factor(factor) = process.covariance().task() else {
-                continue;
-            };
-            let rank = factor.rank();
+            let rank = process.covariance().task().rank();
             let n_states = different_states(process, x, rank)?;
             if n_states < rank && n_rows > 1 {
                 return Ok(Some(Self {

@@ -171,7 +171,15 @@ fn rows_of_an_arm_at_rest_are_one_state() {
         let context = format!("warning: with_still.csv: context `d`: {few}");
         assert!(said.contains(&context), "{said}");
         assert_eq!(said.matches("different state").count(), 1, "{said}");
-        let said = folder.run("fit --data with_still.csv --model pgp --output e.tgp");
-        assert!(!said.contains("different state"), "{said}");
+        for model in ["pgp", "igp"] {
+            let fit = format!("fit --data with_still.csv --model {model} --output e.tgp");
+            let said = folder.run(&fit);
+            assert!(!said.contains("different state"), "{said}");
+        }
+        // A new context of independent ones is a mixture of all three.
+        folder.run("fit --data runs.csv --model igp --output m.tgp");
+        let said = folder.run("adapt --model m.tgp --context d --output d.tgp --data still.csv");
+        let few = "50 rows, but only 1 different state for a model of rank 3";
+        assert!(said.contains(few), "{said}");
     }
 }

@@ -133,8 +133,9 @@ impl TaskCandidate {
     }
 }
 
-/// The unit of some torques, N·m: 1 for none but zeros.
-fn own_unit(torques: &[f64]) -> f64 {
+/// The unit of some torques, N·m: a fiftieth of their standard deviation, or of their size if they are all equal; 1 for
+/// none but zeros.
+pub fn own_unit(torques: &[f64]) -> f64 {
     let largest = torques.iter().fold(0.0, |most: f64, t| most.max(t.abs()));
     if !largest.is_finite() || largest < f64::MIN_POSITIVE {
         return 1.0;

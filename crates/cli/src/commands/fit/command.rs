@@ -7,7 +7,7 @@ use torque_model::RankSelection;
 use torque_model::learn::{Learn, Learned, learn_joints};
 use torque_model::{Provenance, RobotModel, Samples, TorqueError};
 
-use crate::commands::fit::args::{Args, RankArg};
+use crate::commands::fit::args::{Args, ModelArg, RankArg};
 use crate::commands::fit::learner::learner;
 use crate::commands::fit::progress::Progress;
 use crate::commands::fit::report;
@@ -72,7 +72,9 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let provenance = provenance.of_context(&data.context);
     let model = RobotModel::of_learned(&data.samples, learner.as_ref(), learned, provenance);
     let model = model.map_err(CliError::of_data(&file))?;
-    warn_of_few_states(&file, &model, &data.samples).map_err(CliError::of_data(&file))?;
+    if args.model == ModelArg::Mgp {
+        warn_of_few_states(&file, &model, &data.samples).map_err(CliError::of_data(&file))?;
+    }
     let bytes = model.to_bytes();
     let name = output.name().to_owned();
     output
