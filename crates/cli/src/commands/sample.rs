@@ -102,7 +102,9 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     // As `fit`: what bounds and starts are depends on the torques' size, not on their unit.
     let torques = &mut samples.torques[0].values;
     let unit = own_unit(torques);
-    torques.iter_mut().for_each(|torque| *torque /= unit);
+    for torque in torques {
+        *torque /= unit;
+    }
     let joint = samples.name_of(&samples.torques[0]).to_owned();
     let posterior = Posterior::new(args, &samples);
     let drawn = posterior.and_then(|posterior| {
