@@ -17,6 +17,7 @@ mod context_prior;
 mod data_args;
 mod degrees;
 mod error;
+mod few_states;
 mod format;
 mod header_joints;
 mod hyperparameter_file;

@@ -149,9 +149,48 @@ fn evaluation_is_by_context_and_on_average() {
 }
 
 #[test]
+fn a_log_of_one_context_without_the_column_is_judged_in_the_one_asked_for() {
+    let folder = folder(12);
+    folder.run(&format!("{FIT} mgp --rank 2"));
+    folder.write("named.csv", of_context("c2"));
+    folder.write(
+        "log.csv",
+        of_context("c2").replace("c2,", "").replace("context,", ""),
+    );
+    let judged = |arguments: &str| json(&folder, &format!("evaluate --model {arguments}"));
+    let named = judged("model.tgp --data named.csv");
+    assert_eq!(judged("model.tgp --data log.csv --context c2"), named);
+    let other = judged("model.tgp --data log.csv --context c7");
+    let nmse = |found: &Value| found["average"][0]["nmse"].as_f64().unwrap();
+    assert!(nmse(&other) > 10.0 * nmse(&named), "{other}");
+    assert_eq!(
+        folder.refusal("evaluate --model model.tgp --data log.csv"),
+        "log.csv: there is no column `context`; choose one of model.tgp for all rows with --context NAME: `c1`, `c2`, `c7`"
+    );
+
+    folder.run("fit --data runs.csv --model lr --context c2 --output one.tgp");
+    let own = judged("one.tgp --data log.csv --context c2");
+    assert_eq!(own, judged("one.tgp --data named.csv"));
+    assert_eq!(
+        folder.refusal("evaluate --model one.tgp --data log.csv --context c7"),
+        "log.csv: --context c7: there is no column `context`"
+    );
+}
+
+/// The rows of `test.csv` of one context.
+fn of_context(name: &str) -> String {
+    let all = rows(50, 20);
+    let mut lines = all.lines();
+    let header = lines.next().unwrap();
+    let of_context = lines.filter(|line| line.starts_with(&format!("{name},")));
+    let lines: Vec<&str> = std::iter::once(header).chain(of_context).collect();
+    lines.join("\n") + "\n"
+}
+
+#[test]
 fn hyperparameters_shown_by_inspect_have_the_likelihood_of_the_fit() {
     let folder = folder(10);
-    folder.run(&format!("{FIT} mgp --rank 2 --method dense"));
+    folder.run(&format!("{FIT} mgp --rank 2 --method dense --chapter"));
     let inspected = json(&folder, "inspect model.tgp");
     assert_eq!(inspected["kind"], "several contexts");
     assert_eq!(inspected["contexts"][2]["context"], "c7");

@@ -6,7 +6,7 @@ use faer::Mat;
 use gp_core::FitOptions;
 use kernels::TorqueForm;
 use serde_json::Value;
-use torque_model::learn::{Learn, Linear, SingleProcess};
+use torque_model::learn::{InOwnUnit, Learn, Linear, SingleProcess};
 use torque_model::{JointTorques, Provenance, RobotModel, Samples};
 
 use crate::command::{Folder, column};
@@ -56,6 +56,14 @@ fn assert_close(value: &Value, expected: f64, what: &str) {
     );
 }
 
+/// The process that `fit` learns.
+fn in_own_unit(form: TorqueForm, options: FitOptions) -> InOwnUnit<SingleProcess> {
+    InOwnUnit {
+        likelihood: options.likelihood,
+        learner: SingleProcess { form, options },
+    }
+}
+
 /// A joint, by its number, learned by the library.
 fn learned(train: &str, joint: usize, learner: &dyn Learn) -> RobotModel {
     let names = (1..=6).map(|number| format!("joint{number}")).collect();
@@ -89,7 +97,7 @@ fn a_model_predicts_in_another_process_what_the_library_predicts_here() {
     let (latent, observed) = (folder.read("latent.csv"), folder.read("observed.csv"));
     for joint in [1, 3] {
         let (form, options) = (TorqueForm::Coulomb, FitOptions::chapter());
-        let model = learned(&train, joint, &SingleProcess { form, options });
+        let model = learned(&train, joint, &in_own_unit(form, options));
         let prediction = model.predict(0, test.as_ref()).unwrap().remove(0);
         let noise_var = prediction.noise_var;
         let with_noise = |noise_var: f64| -> Vec<f64> {
@@ -158,7 +166,7 @@ fn the_linear_model_is_the_librarys() {
     folder.run("fit --data train.csv --model lrc --joints 2 --output model.tgp");
     let model = load(&folder, "model.tgp");
     let train = folder.read("train.csv");
-    let linear = learned(&train, 2, &Linear::coulomb());
+    let linear = learned(&train, 2, &Linear::coulomb().by_evidence());
     let test = states(&folder.read("test.csv"));
     let predict = |model: &RobotModel| model.predict(0, test.as_ref()).unwrap();
     assert_eq!(predict(&model), predict(&linear));

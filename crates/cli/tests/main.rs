@@ -20,3 +20,4 @@ mod rigid_body;
 mod sample;
 mod simulate;
 mod spoilt_files;
+mod torque_scale;

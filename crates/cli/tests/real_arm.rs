@@ -23,7 +23,9 @@ fn its_description_is_worth_more_than_one_motion() {
     let rigid = errors(&folder, "rbd", &robot);
     assert_eq!(rigid.len(), 7);
     assert!(rigid[..6].iter().all(|nmse| *nmse < 1.0), "{rigid:?}");
-    let linear = errors(&folder, "lrc", "");
+    let evident = errors(&folder, "lrc", "");
+    assert!(evident.iter().all(|nmse| *nmse > 1.0), "{evident:?}");
+    let linear = errors(&folder, "lrc", "--chapter");
     assert!(linear.iter().all(|nmse| *nmse > 1e3), "{linear:?}");
     let process = errors(&folder, "gpc", "--joints 4 --starts chapter");
     assert!(process[0] > rigid[3], "{process:?} {rigid:?}");

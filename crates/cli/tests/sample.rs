@@ -33,17 +33,43 @@ fn draws_repeat_with_their_seed_and_have_every_hyperparameter() {
     let header = "chain,draw,bias_std,linear_std[0],linear_std[1],linear_std[2],signal_std,\
                   length_scales[0],length_scales[1],length_scales[2],coulomb_std[0],noise_std";
     assert_eq!(a.lines().next(), Some(header));
-    assert!(
-        column(&a, "linear_std[1]")
-            .iter()
-            .all(|u| (0.0..100.0).contains(u))
-    );
-    assert!(
-        column(&a, "noise_std")
-            .iter()
-            .all(|sigma| sigma * sigma >= 1e-4)
-    );
+    // The bounds of fits: 2·10⁻⁴ of the torques' standard deviation, and twice it.
+    let torques = column(DATA, "tau1");
+    let mean = torques.iter().sum::<f64>() / 8.0;
+    let std = (torques.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / 8.0).sqrt();
+    let weights = column(&a, "linear_std[1]");
+    assert!(weights.iter().all(|u| (0.0..2.0 * std).contains(u)));
+    let noise = column(&a, "noise_std");
+    assert!(noise.iter().all(|sigma| *sigma >= 1.999e-4 * std));
     assert!(column(&a, "chain")[39] > 1.5);
+}
+
+#[test]
+fn torques_of_another_unit_have_draws_of_that_unit() {
+    let folder = Folder::new();
+    folder.write("train.csv", DATA);
+    let unit = 2.0_f64.powi(-10);
+    let scaled = DATA.lines().map(|line| {
+        let (state, torque) = line.rsplit_once(',').unwrap();
+        match torque.parse::<f64>() {
+            Ok(torque) => format!("{state},{:?}", unit * torque),
+            Err(_) => line.to_owned(),
+        }
+    });
+    folder.write("scaled.csv", scaled.collect::<Vec<_>>().join("\n"));
+    folder.run(&format!("{SHORT} --output a.csv"));
+    let of_scaled = SHORT.replace("train", "scaled");
+    folder.run(&format!("{of_scaled} --output b.csv"));
+    let (a, b) = (folder.read("a.csv"), folder.read("b.csv"));
+    for (name, factor) in [
+        ("noise_std", unit),
+        ("signal_std", unit),
+        ("length_scales[1]", 1.0),
+    ] {
+        // A power of two: the chains are the same to the bit.
+        let expected: Vec<f64> = column(&a, name).iter().map(|v| factor * v).collect();
+        assert_eq!(column(&b, name), expected, "{name}");
+    }
 }
 
 #[test]

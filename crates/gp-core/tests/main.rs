@@ -16,6 +16,7 @@ mod failures;
 mod fixture;
 mod further_samples;
 mod joint_covariance;
+mod linear_evidence;
 mod low_rank_posterior;
 mod memory;
 mod optimizer;

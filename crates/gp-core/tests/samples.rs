@@ -18,7 +18,7 @@ pub fn uniform_inputs(seed: u64, n: usize, d: usize) -> Mat<f64> {
 }
 
 /// Standard normal numbers by the polar method of Box and Muller.
-fn normals(seed: u64, count: usize) -> Vec<f64> {
+pub fn normals(seed: u64, count: usize) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     (0..count)
         .map(|_| {

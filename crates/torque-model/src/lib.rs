@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod adapt;
+mod different_states;
 mod error;
 pub mod file;
 mod fit_summary;
@@ -20,6 +21,7 @@ mod samples;
 mod timeline;
 
 pub use adapt::{Adapt, adapt, adapt_joint};
+pub use different_states::different_states;
 pub use error::TorqueError;
 pub use faer;
 pub use file::{ModelFileError, ModelFileKind};

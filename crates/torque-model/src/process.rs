@@ -1,7 +1,7 @@
 //! One joint's torque in every context, learned by whatever.
 
 use faer::{Mat, MatRef};
-use gp_core::fit::{BayesLinear, LINEAR_NOISE_VAR};
+use gp_core::fit::BayesLinear;
 use gp_core::{Posterior, Prediction};
 use kernels::Covariance;
 use mtgp::latent::predict_mean_of_all_tasks;
@@ -91,7 +91,7 @@ impl TorqueFunction for BayesLinear {
     }
 
     fn noise_var(&self) -> f64 {
-        LINEAR_NOISE_VAR
+        self.noise_var()
     }
 
     fn predict(&self, context: usize, x: MatRef<'_, f64>) -> Result<Prediction, TorqueError> {

@@ -43,6 +43,30 @@ fn round_trip(model: &RobotModel) {
 }
 
 #[test]
+fn a_linear_model_keeps_the_noise_that_it_learned() {
+    let x = uniform_inputs(5, 30, 3 * N_JOINTS);
+    let targets: Vec<f64> = (0..30)
+        .map(|row| x[(row, 0)] + x[(row, 5)].powi(2))
+        .collect();
+    let form = gp_core::LinearForm::Coulomb;
+    let learned = gp_core::BayesLinear::fit_by_evidence(x.as_ref(), &targets, form).unwrap();
+    let noise_var = learned.noise_var();
+    assert!(noise_var > 1e-3, "{noise_var}");
+    let model = RobotModel::new(parts(&x, vec![(0, learned.into())])).unwrap();
+    round_trip(&model);
+    let loaded = RobotModel::from_bytes(&model.to_bytes()).unwrap();
+    let loaded = loaded.learned()[0].1.noise_var();
+    assert_eq!(loaded.to_bits(), noise_var.to_bits());
+
+    // A loop says the same as the batch: σ² is in the variance, too.
+    let batch = model.learned()[0].1.predict(0, x.as_ref()).unwrap();
+    let loop_var = model.predict(0, x.as_ref()).unwrap().remove(0).var;
+    for (batch, of_loop) in batch.var.iter().zip(&loop_var) {
+        assert!((of_loop / batch - 1.0).abs() < 1e-9, "{of_loop} {batch}");
+    }
+}
+
+#[test]
 fn the_four_kinds_have_the_names_of_the_chapter() {
     let model = all_kinds(12);
     let kinds: Vec<String> = (model.learned().iter())

@@ -7,6 +7,7 @@ use torque_model::{Adapt, JointTorques, Provenance, RobotModel, Samples, TorqueE
 
 use crate::context::{COLUMN, listed};
 use crate::error::CliError;
+use crate::few_states::FewStates;
 use crate::messages;
 use crate::model_file::ModelFile;
 use crate::output::{self, Output};
@@ -22,8 +23,8 @@ use crate::text_table;
 ///
 /// The new context is a new row of Λ, learned for each joint, and the model is conditioned on the rows as on those that
 /// it was learned from, which the known contexts profit from, too; hyperparameters stay. It takes seconds whatever the
-/// model was learned from, and a dozen rows are often enough; with fewer rows than the rank, the known contexts say
-/// what the rows leave open.
+/// model was learned from, and a dozen rows of different states are often enough; with fewer of them than the rank, the
+/// known contexts say what the rows leave open. Many rows of an arm at rest are one state.
 /// With --row-only the row of Λ is all that is learned, and the known contexts are predicted exactly as before.
 /// Learning all contexts again with `torque-gp fit` is better once there is much data of the new one.
 #[derive(clap::Args, Debug)]
@@ -88,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     model.note_order(&file, &columns.states);
     let has_column = table.column_names().iter().any(|name| name == COLUMN);
     let data = columns.read(table, has_column.then_some(args.context.as_str()))?;
-    warn(&file, &data, &columns, &model);
+    warn(&file, &data, &columns, &model).map_err(CliError::of_data(&file))?;
 
     let mut output = Output::create(&args.output)?;
     let how = Adapt {
@@ -127,7 +128,12 @@ fn require_new(name: &str, model: &ModelFile) -> Result<(), CliError> {
     Ok(())
 }
 
-fn warn(file: &str, data: &Data, columns: &DataColumns, model: &ModelFile) {
+fn warn(
+    file: &str,
+    data: &Data,
+    columns: &DataColumns,
+    model: &ModelFile,
+) -> Result<(), TorqueError> {
     data.warn(file);
     let x = data.samples.x.as_ref();
     warn_outside(model.ranges(), x, file, &columns.states.states);
@@ -137,7 +143,10 @@ fn warn(file: &str, data: &Data, columns: &DataColumns, model: &ModelFile) {
         messages::warning(format!(
             "{file}: {n_rows} rows for a model of rank {rank}: the known contexts say what they leave open"
         ));
+    } else if let Some(few) = FewStates::of(model, x)? {
+        messages::warning(format!("{file}: {few}"));
     }
+    Ok(())
 }
 
 /// Errors at the rows: of the new context, and of the known one that does best.

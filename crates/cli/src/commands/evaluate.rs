@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use serde::Serialize;
 use torque_model::{JointPrediction, JointTorques};
 
-use crate::context_column::ContextColumn;
+use crate::context::COLUMN;
 use crate::data_args::DataArgs;
 use crate::error::CliError;
 use crate::messages;
 use crate::model_file::ModelFile;
 use crate::printed::PrintArgs;
 use crate::range_watch::warn_outside;
-use crate::row_contexts::number_of;
+use crate::row_contexts::RowContexts;
 use crate::samples::{Data, DataColumns};
 use crate::score::Score;
 use crate::table::Table;
@@ -26,6 +26,8 @@ use crate::text_table;
 ///   RMSE      root mean squared error, N·m
 ///   log density   mean log predictive density in nats, of a density per N·m, with the noise of a measurement
 ///   coverage  part of the measured torques inside the model's 95 % interval: 0.95 if the model knows its errors
+/// Of a model of several contexts, each row is judged in the one of its column `context`; with --context those of that
+/// one alone, which in a file without the column are all rows.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = EXAMPLES, verbatim_doc_comment)]
 pub struct Args {
@@ -127,21 +129,26 @@ fn read(
     table: Table,
 ) -> Result<(Data, Vec<usize>), CliError> {
     let asked = args.data.context.as_deref();
-    let contexts = model.contexts();
-    if contexts.is_empty() || asked.is_some() {
-        let number = match (asked, contexts) {
-            (Some(asked), [_, ..]) => number_of(asked, contexts, &model.file)?,
-            _ => 0,
-        };
+    let has_column = table.column_names().iter().any(|name| name == COLUMN);
+    let of_one = |table: Table, asked: Option<&str>, number: usize| {
         let data = columns.read(table, asked)?;
         let numbers = vec![number; data.samples.n_rows()];
-        return Ok((data, numbers));
+        Ok((data, numbers))
+    };
+    if model.contexts().is_empty() {
+        // Rows of a file that does not say are those of the one context that the model is for.
+        let is_own = asked.is_some_and(|asked| asked == model.provenance().context);
+        let chosen = asked.filter(|_| has_column || !is_own);
+        return of_one(table, chosen, 0);
     }
-    let header = table.column_names();
-    let column = ContextColumn::of_known(table.file(), &header, contexts, &model.file)?;
-    let data = columns.read_all(table, column)?;
-    let numbers = data.samples.context_of.clone();
-    Ok((data, numbers))
+    match RowContexts::new(model, &table, asked)? {
+        RowContexts::Same(number) => of_one(table, asked.filter(|_| has_column), number),
+        RowContexts::Column(column) => {
+            let data = columns.read_all(table, column)?;
+            let numbers = data.samples.context_of.clone();
+            Ok((data, numbers))
+        }
+    }
 }
 
 fn warn(file: &str, data: &Data, columns: &DataColumns, model: &ModelFile) {

@@ -10,6 +10,7 @@ use gp_core::sampling::{
 use gp_core::{FitOptions, GpError, LogMarginal};
 use kernels::{Covariance, TorqueForm};
 use torque_model::Samples;
+use torque_model::learn::own_unit;
 
 use crate::data_args::DataArgs;
 use crate::error::CliError;
@@ -97,7 +98,13 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let mut output = Output::create(&args.output)?;
     let data = columns.read(table, args.data.context.as_deref())?;
     data.warn(&file);
-    let samples = data.samples;
+    let mut samples = data.samples;
+    // As `fit`: what bounds and starts are depends on the torques' size, not on their unit.
+    let torques = &mut samples.torques[0].values;
+    let unit = own_unit(torques);
+    for torque in torques {
+        *torque /= unit;
+    }
     let joint = samples.name_of(&samples.torques[0]).to_owned();
     let posterior = Posterior::new(args, &samples);
     let drawn = posterior.and_then(|posterior| {
@@ -110,7 +117,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         cause: Box::new(cause.into()),
     })?;
     report(&prior, &chains);
-    write(&prior, &chains, &mut output).map_err(CliError::io("write", output.name()))?;
+    write(&prior, unit, &chains, &mut output).map_err(CliError::io("write", output.name()))?;
     output.commit()
 }
 
@@ -201,7 +208,16 @@ fn report(prior: &HyperPrior, chains: &[Chain]) {
     }
 }
 
-fn write(prior: &HyperPrior, chains: &[Chain], output: &mut Output) -> std::io::Result<()> {
+/// The draws, of torques `unit` times as large as those that the chains saw.
+fn write(
+    prior: &HyperPrior,
+    unit: f64,
+    chains: &[Chain],
+    output: &mut Output,
+) -> std::io::Result<()> {
+    let layout = prior.layout();
+    let size = |name: &str| if name == "length_scales" { 1.0 } else { unit };
+    let sizes: Vec<f64> = layout.specs().iter().map(|spec| size(spec.name)).collect();
     let names = prior.layout().specs().iter().map(ToString::to_string);
     let names: Vec<String> = names.collect();
     writeln!(output, "chain,draw,{}", names.join(","))?;
@@ -209,7 +225,8 @@ fn write(prior: &HyperPrior, chains: &[Chain], output: &mut Output) -> std::io::
         for row in 0..chain.draws.nrows() {
             let z: Vec<f64> = chain.draws.row(row).iter().copied().collect();
             let numbers = [(chain_idx + 1).to_string(), (row + 1).to_string()];
-            let theta = prior.natural(&z);
+            let theta = prior.natural(&z).into_iter().zip(&sizes);
+            let theta: Vec<f64> = theta.map(|(value, size)| value * size).collect();
             write_row(numbers.iter().map(String::as_str), theta.iter(), output)?;
         }
     }

@@ -1,15 +1,13 @@
 //! Bayesian linear regression, the baseline LR of eq. (9).
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::qr::no_pivoting::factor::{
-    QrParams, qr_in_place, qr_in_place_scratch, recommended_block_size,
-};
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
-use faer::{Auto, ColMut, Mat, MatRef, Par, Spec};
+use faer::{ColMut, Mat, MatRef, Par};
 use kernels::sgn;
 
+use super::linear_evidence::{Standardised, most_evident};
+use super::stacked_system::r_with_targets;
 use crate::data::{joints_of, require_inputs, require_training_data};
 use crate::error::GpError;
 
@@ -41,7 +39,7 @@ impl LinearForm {
 /// Posterior over the weights of a linear model.
 ///
 /// ```text
-/// t ~ N(x̃ᵀβ, σ²),  β ~ N(0, τ²I),   σ² = 10⁻⁴,  τ² = 10⁴
+/// t ~ N(x̃ᵀβ, σ²),  β ~ N(0, τ²I),   σ² = 10⁻⁴,  τ² = 10⁴, or learned
 /// E[β] = A⁻¹X̃ᵀt/σ²,  cov[β] = A⁻¹,   A = X̃ᵀX̃/σ² + I/τ²
 /// ```
 /// tᵀt/σ² can be 10¹⁰, so A is never formed.
@@ -56,10 +54,12 @@ pub struct BayesLinear {
     weights: Vec<f64>,
     /// R in the upper triangle, (p, p).
     r: Mat<f64>,
+    /// σ², in squared target units.
+    noise_var: f64,
 }
 
 impl BayesLinear {
-    /// Conditions the weights on data.
+    /// Conditions the weights on data, with the variances of eq. (9).
     ///
     /// # Shapes
     /// `x` (n, 3ℓ) with columns (q, q̇, q̈); `targets` (n,).
@@ -71,24 +71,71 @@ impl BayesLinear {
         let n_joints = joints_of(x)?;
         let features = features(x, n_joints, form); // (n, p)
         let p = features.ncols();
-
-        let mut r = r_with_targets(&features, targets); // (p + 1, p + 1)
-        let mut weights: Vec<f64> = (0..p).map(|row| r[(row, p)]).collect();
-        r = r.submatrix(0, 0, p, p).to_owned();
-        solve_upper_triangular_in_place(
-            r.as_ref(),
-            ColMut::from_slice_mut(&mut weights).as_mat_mut(),
-            Par::Seq,
-        );
-        Ok(Self {
+        let ratio = (LINEAR_NOISE_VAR / WEIGHT_VAR).sqrt();
+        let prior_rows = Mat::from_fn(p, p, |row, col| if row == col { ratio } else { 0.0 });
+        let linear = Self {
             form,
             n_joints,
-            weights,
-            r,
-        })
+            weights: Vec::new(),
+            r: Mat::new(),
+            noise_var: LINEAR_NOISE_VAR,
+        };
+        Ok(linear.conditioned(&features, targets, prior_rows.as_ref()))
     }
 
-    /// The posterior with given weights and R, as a model file holds them.
+    /// Conditions the weights on data, with variances that have the highest evidence.
+    ///
+    /// The weights of standardised features are N(0, τ²), that of the constant is any; σ² and τ² are those of the highest
+    /// marginal likelihood of the targets less their mean.
+    /// The result does not depend on the units of covariates and targets.
+    /// # Shapes
+    /// As for [`BayesLinear::fit`].
+    /// # Errors
+    /// As there, and fewer than 2 samples.
+    /// # Source
+    /// Evidence: MacKay 1992; Patterson & Thompson 1971 for the constant.
+    // DEVIATION(eq. 9): the chapter's variances are fixed, for torques of an arm in N·m.
+    pub fn fit_by_evidence(
+        x: MatRef<'_, f64>,
+        targets: &[f64],
+        form: LinearForm,
+    ) -> Result<Self, GpError> {
+        require_training_data(x, targets, 2)?;
+        let n_joints = joints_of(x)?;
+        let features = features(x, n_joints, form); // (n, p)
+        let scales = Standardised::of(&features);
+        let found = most_evident(&scales.of_rows(&features), targets);
+        let linear = Self {
+            form,
+            n_joints,
+            weights: Vec::new(),
+            r: Mat::new(),
+            noise_var: found.noise_var,
+        };
+        let ratio = found.noise_to_weight;
+        Ok(linear.conditioned(&features, targets, scales.prior_rows(ratio).as_ref()))
+    }
+
+    /// The same model, with the weights' posterior given rows of x̃, and of σ/τ for the prior.
+    fn conditioned(
+        mut self,
+        features: &Mat<f64>,
+        targets: &[f64],
+        prior_rows: MatRef<'_, f64>,
+    ) -> Self {
+        let p = features.ncols();
+        let r = r_with_targets(features, targets, prior_rows); // (p + 1, p + 1)
+        self.weights = (0..p).map(|row| r[(row, p)]).collect();
+        self.r = r.submatrix(0, 0, p, p).to_owned();
+        solve_upper_triangular_in_place(
+            self.r.as_ref(),
+            ColMut::from_slice_mut(&mut self.weights).as_mat_mut(),
+            Par::Seq,
+        );
+        self
+    }
+
+    /// The posterior with given weights and R, as a model file holds them, and the noise of eq. (9).
     ///
     /// # Panics
     /// If the shapes do not agree.
@@ -100,7 +147,19 @@ impl BayesLinear {
             n_joints,
             weights,
             r,
+            noise_var: LINEAR_NOISE_VAR,
         }
+    }
+
+    /// The same posterior with another noise variance, in squared target units.
+    #[must_use]
+    pub fn with_noise_var(self, noise_var: f64) -> Self {
+        Self { noise_var, ..self }
+    }
+
+    /// σ², in squared target units.
+    pub fn noise_var(&self) -> f64 {
+        self.noise_var
     }
 
     /// Number of joints ℓ.
@@ -152,7 +211,7 @@ impl BayesLinear {
         let squared_norm =
             |col: usize| -> f64 { half.col_as_slice(col).iter().map(|v| v * v).sum() };
         Ok((0..x.nrows())
-            .map(|col| LINEAR_NOISE_VAR * squared_norm(col))
+            .map(|col| self.noise_var * squared_norm(col))
             .collect())
     }
 
@@ -178,45 +237,4 @@ fn features(x: MatRef<'_, f64>, n_joints: usize, form: LinearForm) -> Mat<f64> {
             1.0
         }
     })
-}
-
-/// R of the QR decomposition of the stacked system with its right-hand side as last column.
-///
-/// ```text
-/// [ X̃       t ]
-/// [ (σ/τ)I  0 ]
-/// ```
-/// Its leading (p, p) block is R, and above the corner the last column is Qᵀ(t, 0).
-fn r_with_targets(features: &Mat<f64>, targets: &[f64]) -> Mat<f64> {
-    let (n, p) = (features.nrows(), features.ncols());
-    let ratio = (LINEAR_NOISE_VAR / WEIGHT_VAR).sqrt();
-    // One row more than unknowns, so that the last column has a place for its residual.
-    let mut stacked = Mat::from_fn(n + p + 1, p + 1, |row, col| {
-        if row < n {
-            if col < p {
-                features[(row, col)]
-            } else {
-                targets[row]
-            }
-        } else if row - n == col && col < p {
-            ratio
-        } else {
-            0.0
-        }
-    });
-
-    let (rows, cols) = (stacked.nrows(), stacked.ncols());
-    let block_size = recommended_block_size::<f64>(rows, cols);
-    let mut coefficients = Mat::zeros(block_size, cols);
-    let params: Spec<QrParams, f64> = <QrParams as Auto<f64>>::auto().into();
-    let scratch = qr_in_place_scratch::<f64>(rows, cols, block_size, Par::Seq, params);
-    let mut memory = MemBuffer::new(scratch);
-    qr_in_place(
-        stacked.as_mut(),
-        coefficients.as_mut(),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        params,
-    );
-    stacked.submatrix(0, 0, cols, cols).to_owned()
 }

@@ -3,7 +3,9 @@
 mod chapter_start;
 mod covariance;
 mod linear;
+mod linear_evidence;
 mod rigid_body;
+mod stacked_system;
 mod torque;
 
 pub use chapter_start::{chapter_start, varied_start};

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use gp_core::fit::{BayesLinear, LinearForm, ParameterPrior};
+use gp_core::fit::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, ParameterPrior};
 use kernels::{OnColumns, Sum, TorqueCovariance};
 use mtgp::MultiTaskCovariance;
 use mtgp::prior::{TaskCovariance, TaskFactor};
@@ -57,6 +57,8 @@ struct RigidBodyRecord {
 enum JointRecord {
     Linear(LinearRecord),
     Process(Box<ProcessRecord>),
+    /// With a noise that was learned.
+    LearnedLinear(LearnedLinearRecord),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -66,6 +68,12 @@ struct LinearRecord {
     weights: Vec<f64>,
     /// Rᵀ, so that it is a lower triangle.
     r_transposed: TriangleRecord,
+}
+
+#[derive(Serialize, Deserialize)]
+struct LearnedLinearRecord {
+    noise_var: f64,
+    linear: LinearRecord,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -162,7 +170,7 @@ impl OneContextRecord {
             ranges: RangesRecord::of(&parts.ranges),
             provenance: parts.provenance.clone(),
             learned: records(parts, |model| match model {
-                JointModel::Linear(linear) => Some(JointRecord::Linear(LinearRecord::of(linear))),
+                JointModel::Linear(linear) => Some(JointRecord::of_linear(linear)),
                 JointModel::Process(process) => {
                     Some(JointRecord::Process(Box::new(ProcessRecord::of(process))))
                 }
@@ -180,6 +188,7 @@ impl OneContextRecord {
                 JointRecord::Process(record) => {
                     Ok(JointModel::Process(Box::new(record.into_process()?)))
                 }
+                JointRecord::LearnedLinear(record) => Ok(record.into_linear()?.into()),
             })?,
             ranges: self.ranges.into_ranges()?,
             context_ranges: Vec::new(),
@@ -256,6 +265,29 @@ impl RigidBodyRecord {
             robot: Some(self.robot),
             provenance: self.provenance,
         })
+    }
+}
+
+impl JointRecord {
+    fn of_linear(linear: &BayesLinear) -> Self {
+        let (noise_var, record) = (linear.noise_var(), LinearRecord::of(linear));
+        if noise_var.total_cmp(&LINEAR_NOISE_VAR).is_eq() {
+            return Self::Linear(record);
+        }
+        Self::LearnedLinear(LearnedLinearRecord {
+            noise_var,
+            linear: record,
+        })
+    }
+}
+
+impl LearnedLinearRecord {
+    fn into_linear(self) -> Result<BayesLinear, ModelFileError> {
+        let noise_var = self.noise_var;
+        require(noise_var.is_finite() && noise_var > 0.0, || {
+            format!("a noise variance of {noise_var}")
+        })?;
+        Ok(self.linear.into_linear()?.with_noise_var(noise_var))
     }
 }
 

@@ -13,19 +13,40 @@ use crate::samples::{JointTorques, Samples};
 pub struct Linear {
     /// Whether the signs are among the features.
     pub form: LinearForm,
+    /// Whence the variances of noise and weights are.
+    pub variances: LinearVariances,
+}
+
+/// The variances of a linear model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LinearVariances {
+    /// Those of eq. (9), for torques of an arm in N·m and features as they are.
+    Chapter,
+    /// Those of the highest evidence, for standardised features.
+    Evident,
 }
 
 impl Linear {
-    /// LR¬c.
+    /// LR¬c, with the variances of eq. (9).
     pub fn smooth() -> Self {
-        let form = LinearForm::Smooth;
-        Self { form }
+        Self::of_chapter(LinearForm::Smooth)
     }
 
-    /// LRc.
+    /// LRc, with the variances of eq. (9).
     pub fn coulomb() -> Self {
-        let form = LinearForm::Coulomb;
-        Self { form }
+        Self::of_chapter(LinearForm::Coulomb)
+    }
+
+    fn of_chapter(form: LinearForm) -> Self {
+        let variances = LinearVariances::Chapter;
+        Self { form, variances }
+    }
+
+    /// The same model with the variances of the highest evidence.
+    #[must_use]
+    pub fn by_evidence(self) -> Self {
+        let variances = LinearVariances::Evident;
+        Self { variances, ..self }
     }
 }
 
@@ -40,7 +61,11 @@ impl Learn for Linear {
         joint: &JointTorques,
         _tell: &mut dyn FnMut(&str),
     ) -> Result<Vec<Candidate>, TorqueError> {
-        let linear = BayesLinear::fit(samples.x.as_ref(), &joint.values, self.form)?;
+        let (x, torques) = (samples.x.as_ref(), &joint.values);
+        let linear = match self.variances {
+            LinearVariances::Chapter => BayesLinear::fit(x, torques, self.form)?,
+            LinearVariances::Evident => BayesLinear::fit_by_evidence(x, torques, self.form)?,
+        };
         Ok(vec![JointModel::from(linear).into()])
     }
 }

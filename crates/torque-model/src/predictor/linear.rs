@@ -1,6 +1,6 @@
 //! One linear model at one state.
 
-use gp_core::fit::{BayesLinear, LINEAR_NOISE_VAR, LinearForm};
+use gp_core::fit::{BayesLinear, LinearForm};
 use linalg::PackedLower;
 use linalg::sums::dot_pairwise;
 
@@ -14,6 +14,7 @@ pub(crate) struct LinearPredictor {
     form: LinearForm,
     weights: Vec<f64>,
     r_transposed: PackedLower,
+    noise_var: f64,
 }
 
 impl LinearPredictor {
@@ -22,6 +23,7 @@ impl LinearPredictor {
             form: linear.form(),
             weights: linear.weights().to_vec(),
             r_transposed: PackedLower::of(linear.r().transpose()),
+            noise_var: linear.noise_var(),
         }
     }
 
@@ -45,7 +47,7 @@ impl LinearPredictor {
             || {
                 let mean = dot_pairwise(&self.weights, features);
                 self.r_transposed.solve_in_place(features);
-                (mean, LINEAR_NOISE_VAR * dot_pairwise(features, features))
+                (mean, self.noise_var * dot_pairwise(features, features))
             },
         )
     }

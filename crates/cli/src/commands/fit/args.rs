@@ -49,6 +49,12 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = StartsArg::Several)]
     pub starts: StartsArg,
 
+    /// The chapter's fixed values and bounds, which are for an arm's torques in N·m: a variance of the noise of 10⁻⁴ and
+    /// of each weight of 10⁴ (lr, lrc); of the noise of at least 10⁻⁴, and u of at most 100 (other models but rbd and
+    /// rbd+gp) [default: all of them follow the data]
+    #[arg(long)]
+    pub chapter: bool,
+
     /// How likelihoods are computed (not lr and lrc)
     #[arg(long, value_enum, default_value_t = MethodArg::Automatic)]
     pub method: MethodArg,
@@ -184,6 +190,9 @@ impl Args {
         let reason = match (self.rank, self.criterion) {
             _ if self.robot.request().is_some() && !needs_robot => {
                 format!("--robot goes with --model rbd and rbd+gp, not {model}")
+            }
+            _ if self.chapter && needs_robot => {
+                format!("--chapter goes with all models but rbd and rbd+gp, not {model}")
             }
             (Some(_), _) if !is_ranked => format!("--rank goes with --model mgp, not {model}"),
             (_, Some(_)) if !is_ranked => format!("--criterion goes with --model mgp, not {model}"),

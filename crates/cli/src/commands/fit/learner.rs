@@ -1,10 +1,10 @@
 //! The way to learn that the options ask for.
 
-use gp_core::{FitOptions, Starts};
+use gp_core::{FitOptions, LikelihoodOptions, Starts};
 use kernels::TorqueForm;
 use mtgp::MultiTaskOptions;
 use torque_model::learn::{
-    Learn, Linear, ManyContexts, Ranks, RigidBody, RigidBodyForm, SingleProcess, Tasks,
+    InOwnUnit, Learn, Linear, ManyContexts, Ranks, RigidBody, RigidBodyForm, SingleProcess, Tasks,
 };
 
 use crate::commands::fit::args::{Args, ModelArg, RankArg, StartsArg};
@@ -16,25 +16,34 @@ use crate::error::CliError;
 /// A robot that is missing or refused.
 pub fn learner(args: &Args) -> Result<Box<dyn Learn>, CliError> {
     Ok(match args.model {
-        ModelArg::Gpc => Box::new(process(args, TorqueForm::Coulomb)),
-        ModelArg::Gp => Box::new(process(args, TorqueForm::Smooth)),
-        ModelArg::Lrc => Box::new(Linear::coulomb()),
-        ModelArg::Lr => Box::new(Linear::smooth()),
+        ModelArg::Gpc => process(args, TorqueForm::Coulomb),
+        ModelArg::Gp => process(args, TorqueForm::Smooth),
+        ModelArg::Lrc => Box::new(linear(args, Linear::coulomb())),
+        ModelArg::Lr => Box::new(linear(args, Linear::smooth())),
         ModelArg::Rbd => Box::new(rigid_body(args, RigidBodyForm::Alone)?),
         ModelArg::RbdGp => Box::new(rigid_body(args, RigidBodyForm::WithProcess)?),
-        ModelArg::Mgp => Box::new(many_contexts(args, Tasks::Transfer(ranks(args)))),
-        ModelArg::Igp => Box::new(many_contexts(args, Tasks::Independent)),
-        ModelArg::Pgp => Box::new(many_contexts(args, Tasks::Pooled)),
+        ModelArg::Mgp => many_contexts(args, Tasks::Transfer(ranks(args))),
+        ModelArg::Igp => many_contexts(args, Tasks::Independent),
+        ModelArg::Pgp => many_contexts(args, Tasks::Pooled),
     })
 }
 
-fn process(args: &Args, form: TorqueForm) -> SingleProcess {
+fn linear(args: &Args, of_chapter: Linear) -> Linear {
+    if args.chapter {
+        of_chapter
+    } else {
+        of_chapter.by_evidence()
+    }
+}
+
+fn process(args: &Args, form: TorqueForm) -> Box<dyn Learn> {
     let mut options = match args.starts {
         StartsArg::Chapter => FitOptions::chapter(),
         StartsArg::Several => FitOptions::several(),
     };
     options.likelihood.method = args.method.method();
-    SingleProcess { form, options }
+    let likelihood = options.likelihood;
+    of_unit(args, SingleProcess { form, options }, likelihood)
 }
 
 fn rigid_body(args: &Args, form: RigidBodyForm) -> Result<RigidBody, CliError> {
@@ -55,13 +64,29 @@ fn rigid_body(args: &Args, form: RigidBodyForm) -> Result<RigidBody, CliError> {
     Ok(RigidBody::new(request.load_with_source()?, form, options))
 }
 
-fn many_contexts(args: &Args, tasks: Tasks) -> ManyContexts {
+fn many_contexts(args: &Args, tasks: Tasks) -> Box<dyn Learn> {
     let mut options = match args.starts {
         StartsArg::Chapter => MultiTaskOptions::chapter(),
         StartsArg::Several => MultiTaskOptions::several(),
     };
     options.likelihood.method = args.method.method();
-    ManyContexts { tasks, options }
+    let likelihood = options.likelihood;
+    of_unit(args, ManyContexts { tasks, options }, likelihood)
+}
+
+/// With the chapter's bounds, which are in N·m, or with bounds that follow the torques.
+fn of_unit(
+    args: &Args,
+    learner: impl Learn + 'static,
+    likelihood: LikelihoodOptions,
+) -> Box<dyn Learn> {
+    if args.chapter {
+        return Box::new(learner);
+    }
+    Box::new(InOwnUnit {
+        learner,
+        likelihood,
+    })
 }
 
 fn ranks(args: &Args) -> Ranks {

@@ -46,7 +46,7 @@ fn entries(joint: &LearnedJoint, name: &str, n_samples: usize, seconds: f64) -> 
         entry(error_bound.map(|bound| format!("{bound:.1e}"))),
         entry(summary.map(|s| s.start.clone())),
         entry(summary.map(|s| s.evaluations.to_string())),
-        format!("{:.4}", model.noise_var().sqrt()),
+        format!("{:.3e}", model.noise_std()),
         entry(summary.map(|s| format!("{}, rank {}", s.method, s.rank))),
         format!("{seconds:.1}"),
         entry(bounds),
