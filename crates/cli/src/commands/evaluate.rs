@@ -45,10 +45,10 @@ Examples:
   torque-gp evaluate --model model.tgp --data test.csv
   torque-gp evaluate --model model.tgp --data log.csv --context c3 --json
 
-JSON: {\"n_samples\": …, \"joints\": [{\"joint\": \"joint1\", \"nmse\": …, \"rmse\": …,
+JSON: {\"n_samples\": …, \"rows\": …, \"joints\": [{\"joint\": \"joint1\", \"nmse\": …, \"rmse\": …,
 \"mean_log_predictive_density\": …, \"coverage_95\": …}, …]}; nmse is null where the measured torques are all equal.
 Of a model of several contexts, every context's rows are judged by themselves, with their mean over the contexts:
-{\"n_samples\": …, \"contexts\": [{\"context\": \"c1\", \"n_samples\": …, \"joints\": […]}, …], \"average\": […]}.
+{\"n_samples\": …, \"rows\": …, \"contexts\": [{\"context\": \"c1\", \"n_samples\": …, \"joints\": […]}, …], \"average\": […]}.
 
 Exit status: 0, or 2 for bad input or usage; then there is one message.";
 
@@ -56,6 +56,8 @@ Exit status: 0, or 2 for bad input or usage; then there is one message.";
 #[derive(Serialize)]
 struct Evaluation {
     n_samples: usize,
+    /// The same number.
+    rows: usize,
     joints: Vec<JointScore>,
 }
 
@@ -70,6 +72,8 @@ struct JointScore {
 #[derive(Serialize)]
 struct ContextEvaluation {
     n_samples: usize,
+    /// The same number.
+    rows: usize,
     contexts: Vec<ContextScores>,
     /// Means over the contexts, of nMSE over those that have one.
     average: Vec<JointScore>,
@@ -108,6 +112,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
             let rows: Vec<usize> = (0..numbers.len()).collect();
             let evaluation = Evaluation {
                 n_samples: rows.len(),
+                rows: rows.len(),
                 joints: scores.of_rows(&rows),
             };
             args.print.print(&evaluation, Evaluation::table)
@@ -124,7 +129,7 @@ fn read(
     args: &Args,
     model: &ModelFile,
     columns: &DataColumns,
-    table: Table,
+    mut table: Table,
 ) -> Result<(Data, Vec<usize>), CliError> {
     let asked = args.data.context.as_deref();
     let contexts = model.contexts();
@@ -133,13 +138,13 @@ fn read(
             (Some(asked), [_, ..]) => number_of(asked, contexts, &model.file)?,
             _ => 0,
         };
-        let data = columns.read(table, asked)?;
+        let data = columns.read(&mut table, asked)?;
         let numbers = vec![number; data.samples.n_rows()];
         return Ok((data, numbers));
     }
     let header = table.column_names();
     let column = ContextColumn::of_known(table.file(), &header, contexts, &model.file)?;
-    let data = columns.read_all(table, column)?;
+    let data = columns.read_all(&mut table, column)?;
     let numbers = data.samples.context_of.clone();
     Ok((data, numbers))
 }
@@ -205,6 +210,7 @@ impl ContextEvaluation {
         let n_joints = contexts.first().map_or(0, |context| context.joints.len());
         Self {
             n_samples: numbers.len(),
+            rows: numbers.len(),
             average: (0..n_joints).map(average).collect(),
             contexts,
         }
