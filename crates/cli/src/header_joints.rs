@@ -150,8 +150,8 @@ fn is_further_name(name: &str, joints: &[String]) -> bool {
 /// What to say of state columns by name that belong to none of the joints found, if there are any.
 pub fn unfinished(header: &[String], joints: &Joints) -> Option<String> {
     let is_of_none = |column: &&String| {
-        let of = |quantity: &&str| column.strip_prefix(**quantity)?.strip_prefix('_');
-        let name = QUANTITIES.iter().find_map(|quantity| of(&quantity));
+        let of = |quantity: &str| column.strip_prefix(quantity)?.strip_prefix('_');
+        let name = QUANTITIES.iter().find_map(|quantity| of(quantity));
         name.is_some_and(|name| !name.is_empty() && !joints.names.iter().any(|joint| joint == name))
     };
     let columns: Vec<&str> = header

@@ -107,7 +107,7 @@ impl Lookup<'_> {
     /// Length in rad and its text in mrad, of a column such as `z0.5_1` of a joint that there is.
     fn length_of<'b>(&self, column: &'b str) -> Result<Option<(f64, &'b str)>, CliError> {
         let split = column.strip_prefix('z').and_then(|c| c.split_once('_'));
-        let Some((text, joint)) = split.filter(|(_, joint)| self.is_joint(joint)) else {
+        let Some((text, _)) = split.filter(|(_, joint)| self.is_joint(joint)) else {
             return Ok(None);
         };
         let is_number = text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
