@@ -12,7 +12,7 @@ const RUN: &str = "run";
 /// Name of the column of times.
 const TIME: &str = "t";
 
-/// Radians of a milliradian, inverted: lengths are named in mrad.
+/// Milliradians of a radian: lengths are named in mrad.
 const MRAD: f64 = 1e3;
 
 /// Where a log says when, in which run and how its rows were measured.

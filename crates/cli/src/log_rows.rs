@@ -200,3 +200,40 @@ impl TimelineRows {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::DataColumns;
+    use crate::table::Table;
+
+    #[test]
+    fn a_log_is_read_under_its_names() {
+        let text = "use_2,z2_1,run,z0.5_2,t,q1,q2,qd1,qd2,qdd1,qdd2,tau2,z0.5_1,use_1,z2_2\n\
+                    1, 0.25,b ,-1.0000000001,0.5,1,2,3,4,5,6,7,0.5,0,1\n\
+                    0,0,a,0,0.25,8,9,10,11,12,13,14,-0.5,1,-1\n";
+        let mut table = Table::from_bytes("log.csv".to_owned(), text.into()).unwrap();
+        let columns = DataColumns::of_header(&table, "tau", "--joints", &[]).unwrap();
+        let samples = columns.read(&mut table, None).unwrap().samples;
+        let of_length = |length, z: [f64; 4]| HysteresisColumns {
+            length,
+            z: z.to_vec(),
+        };
+        let expected = Timeline {
+            run_of: vec![0, 1],
+            run_names: vec!["b".to_owned(), "a".to_owned()],
+            t: vec![0.5, 0.25],
+            hysteresis: vec![
+                of_length(0.5e-3, [0.5, -1.0, -0.5, 0.0]),
+                of_length(2e-3, [0.25, 1.0, 0.0, -1.0]),
+            ],
+            used: vec![false, true, true, false],
+        };
+        assert_eq!(samples.timeline, expected);
+        let x: Vec<f64> = (samples.x.row_iter())
+            .flat_map(|row| row.iter().copied().collect::<Vec<_>>())
+            .collect();
+        assert_eq!(x, [1., 2., 3., 4., 5., 6., 8., 9., 10., 11., 12., 13.]);
+        assert_eq!(samples.torques[0].values, [7.0, 14.0]);
+    }
+}
