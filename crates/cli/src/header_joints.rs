@@ -18,13 +18,8 @@ const LISTED: usize = 12;
 pub fn joints_of(file: &str, header: &[String], tau_prefix: &str) -> Result<Joints, CliError> {
     let numbers = joint_numbers(file, header, tau_prefix)?;
     let all = joint_names(header);
-    let complete: Vec<String> = (all.iter().cloned())
-        .filter(|name| {
-            QUANTITIES
-                .iter()
-                .all(|quantity| has(header, quantity, name))
-        })
-        .collect();
+    let is_complete = |name: &&String| QUANTITIES.iter().all(|of| has(header, of, name));
+    let complete: Vec<String> = all.iter().filter(is_complete).cloned().collect();
     let is_left_out = |name: &String| {
         !complete.is_empty()
             && !complete.contains(name)

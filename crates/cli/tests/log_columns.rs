@@ -1,5 +1,7 @@
 //! What the command says of the optional columns of a log: `run`, `t`, `z<δ>_<joint>`, `use_<joint>`.
 
+use std::fmt::Write;
+
 use crate::command::Folder;
 
 const FIT: &str = "fit --data log.csv --model lrc --output model.tgp";
@@ -10,7 +12,8 @@ fn log(header: &str, fields: &[&str]) -> String {
     for (idx, fields) in fields.iter().enumerate() {
         let x = f64::from(u32::try_from(idx).unwrap());
         let (q, qd, qdd) = (0.1 * x, x.sin(), x.cos());
-        text.push_str(&format!("{fields},{q},{qd},{qdd},{}\n", 2.0 * qdd + qd));
+        let tau = 2.0 * qdd + qd;
+        writeln!(text, "{fields},{q},{qd},{qdd},{tau}").unwrap();
     }
     text
 }
