@@ -17,7 +17,15 @@ const LISTED: usize = 12;
 /// naming schemes.
 pub fn joints_of(file: &str, header: &[String], tau_prefix: &str) -> Result<Joints, CliError> {
     let numbers = joint_numbers(file, header, tau_prefix)?;
-    let names = joint_names(header);
+    let all = joint_names(header);
+    let is_complete = |name: &&String| QUANTITIES.iter().all(|of| has(header, of, name));
+    let complete: Vec<String> = all.iter().filter(is_complete).cloned().collect();
+    let is_left_out = |name: &String| {
+        !complete.is_empty()
+            && !complete.contains(name)
+            && (is_further_name(name, &complete) || !has(header, tau_prefix, name))
+    };
+    let names: Vec<String> = all.into_iter().filter(|name| !is_left_out(name)).collect();
     let has_numbered_states = QUANTITIES.iter().any(|quantity| {
         header
             .iter()
@@ -32,7 +40,7 @@ pub fn joints_of(file: &str, header: &[String], tau_prefix: &str) -> Result<Join
         })?;
         return Ok(Joints::by_name("data", names));
     }
-    if let Some(name) = names.iter().find(|name| holds_states(header, name)) {
+    if let Some(name) = complete.first() {
         let reason = format!(
             "states are given both by number (q1, …) and by joint name (q_{name}, …); keep one of the two"
         );
@@ -122,10 +130,36 @@ fn joint_names(header: &[String]) -> Vec<String> {
     names
 }
 
-/// Whether position and speed of a joint are both there by name.
-fn holds_states(header: &[String], joint: &str) -> bool {
-    let has = |quantity: &str| header.contains(&Naming::Named.column(quantity, 0, joint));
-    has("q") && has("qd")
+/// Whether a joint has a column of a quantity by name.
+fn has(header: &[String], quantity: &str, joint: &str) -> bool {
+    header.contains(&Naming::Named.column(quantity, 0, joint))
+}
+
+/// Whether a name is that of a joint with a word before or after it, as `cmd_hinge` is of `hinge`.
+fn is_further_name(name: &str, joints: &[String]) -> bool {
+    joints
+        .iter()
+        .any(|joint| name.ends_with(&format!("_{joint}")) || name.starts_with(&format!("{joint}_")))
+}
+
+/// What to say of state columns by name that belong to none of the joints found, if there are any.
+pub fn unfinished(header: &[String], joints: &Joints) -> Option<String> {
+    let is_of_none = |column: &&String| {
+        let of = |quantity: &str| column.strip_prefix(quantity)?.strip_prefix('_');
+        let name = QUANTITIES.iter().find_map(|quantity| of(quantity));
+        name.is_some_and(|name| !name.is_empty() && !joints.names.iter().any(|joint| joint == name))
+    };
+    let columns: Vec<&str> = header
+        .iter()
+        .filter(is_of_none)
+        .map(String::as_str)
+        .collect();
+    (!columns.is_empty()).then(|| {
+        format!(
+            "columns that belong to no complete joint are ignored: {}",
+            columns.join(", ")
+        )
+    })
 }
 
 fn require_all(

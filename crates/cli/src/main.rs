@@ -22,6 +22,8 @@ mod format;
 mod header_joints;
 mod hyperparameter_file;
 mod joints;
+mod log_columns;
+mod log_rows;
 #[cfg(test)]
 mod malformed;
 mod messages;
@@ -29,6 +31,7 @@ mod method;
 mod model_file;
 mod noise_std;
 mod number_column;
+mod numbered_names;
 mod output;
 #[cfg(feature = "parquet")]
 mod parquet_file;

@@ -202,9 +202,9 @@ fn ten_thousand_spoilt_tables_end_in_an_error_or_the_right_numbers() {
         } else {
             Vec::new()
         };
-        let read = Table::from_bytes("data.csv".to_owned(), bytes.clone()).and_then(|table| {
+        let read = Table::from_bytes("data.csv".to_owned(), bytes.clone()).and_then(|mut table| {
             let columns = DataColumns::of_header(&table, "tau", "--joints", &asked)?;
-            let samples = columns.read(table, context)?.samples;
+            let samples = columns.read(&mut table, context)?.samples;
             Ok((columns.joints.names, samples))
         });
         match read {
@@ -234,10 +234,10 @@ fn spoilt_tables_of_a_known_model_too() {
     for _ in 0..N_FILES {
         let bytes = spoilt(&mut rng);
         let names = vec!["joint1".to_owned(), "joint2".to_owned()];
-        let read = Table::from_bytes("data.csv".to_owned(), bytes.clone()).and_then(|table| {
+        let read = Table::from_bytes("data.csv".to_owned(), bytes.clone()).and_then(|mut table| {
             let joints = Joints::by_name("model", names.clone());
             StateColumns::find("data.csv", &table.column_names(), &joints)?;
-            DataColumns::of_joints(&table, joints, "tau", &[0, 1])?.read(table, None)
+            DataColumns::of_joints(&table, joints, "tau", &[0, 1])?.read(&mut table, None)
         });
         if let Ok(data) = read {
             assert_right(&bytes, &names, &data.samples, None);

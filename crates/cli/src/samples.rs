@@ -1,15 +1,17 @@
 //! Measured states and torques, read whole: what a model is learned from or judged by.
 
 use faer::Mat;
-use torque_model::{JointTorques, Samples, Timeline};
+use torque_model::{JointTorques, Samples};
 
 use crate::columns::StateColumns;
 use crate::context::ContextFilter;
 use crate::context_column::ContextColumn;
 use crate::degrees::DegreesWatch;
 use crate::error::CliError;
-use crate::header_joints::{chosen, joints_of};
+use crate::header_joints::{chosen, joints_of, unfinished};
 use crate::joints::{Joints, TORQUE_UNIT};
+use crate::log_columns::LogColumns;
+use crate::log_rows::TimelineRows;
 use crate::messages;
 use crate::number_column::NumberColumn;
 use crate::table::{Row, Table};
@@ -23,6 +25,8 @@ pub struct DataColumns {
     pub states: StateColumns,
     /// Where the torques of some joints are: index of the joint and column, in ascending order.
     torques: Vec<(usize, NumberColumn)>,
+    /// What is said of columns that belong to no complete joint, if there are any.
+    unfinished: Option<String>,
 }
 
 /// Rows of a table.
@@ -37,6 +41,16 @@ pub struct Data {
 }
 
 impl Data {
+    /// The same, where all rows are of one context as data of that context.
+    pub fn without_only_context(mut self) -> Self {
+        if let [only] = self.samples.contexts.as_slice() {
+            self.context.clone_from(only);
+            self.samples.contexts.clear();
+            self.samples.context_of.clear();
+        }
+        self
+    }
+
     /// Warns of what may be wrong with the data.
     pub fn warn(&self, file: &str) {
         for doubt in &self.doubts {
@@ -57,7 +71,12 @@ impl DataColumns {
         asked: &[String],
     ) -> Result<Self, CliError> {
         let joints = joints_of(table.file(), &table.column_names(), tau_prefix)?;
-        Self::of_robot(table, joints, tau_prefix, option, asked)
+        let unfinished = unfinished(&table.column_names(), &joints);
+        let columns = Self::of_robot(table, joints, tau_prefix, option, asked)?;
+        Ok(Self {
+            unfinished,
+            ..columns
+        })
     }
 
     /// Finds the states of known joints, and the torques of those asked for, or else of all that have any.
@@ -140,6 +159,7 @@ impl DataColumns {
             joints,
             states,
             torques,
+            unfinished: None,
         })
     }
 
@@ -147,7 +167,7 @@ impl DataColumns {
     ///
     /// # Errors
     /// A field that is not a finite number, rows of several contexts, no row at all.
-    pub fn read(&self, table: Table, context: Option<&str>) -> Result<Data, CliError> {
+    pub fn read(&self, table: &mut Table, context: Option<&str>) -> Result<Data, CliError> {
         let mut filter = ContextFilter::new(table.file(), &table.column_names(), context)?;
         let mut data = self.read_rows(table, |row| filter.admits(row))?;
         data.context = filter.finish(data.samples.n_rows())?;
@@ -158,78 +178,80 @@ impl DataColumns {
     ///
     /// # Errors
     /// A field that is not a finite number, a context that is not known, no row at all.
-    pub fn read_all(&self, table: Table, mut contexts: ContextColumn) -> Result<Data, CliError> {
+    pub fn read_all(
+        &self,
+        table: &mut Table,
+        mut contexts: ContextColumn,
+    ) -> Result<Data, CliError> {
         let mut data = self.read_rows(table, |row| contexts.take(row).map(|_| true))?;
         (data.samples.contexts, data.samples.context_of) = contexts.into_parts();
         Ok(data)
     }
 
-    /// Reads all rows without regard to contexts, with their times if there is a column `t`.
+    /// Reads all rows without regard to contexts.
     ///
     /// # Errors
     /// A field that is not a finite number, no row at all.
-    pub fn read_in_time(&self, table: Table) -> Result<(Data, Vec<f64>), CliError> {
-        let header = table.column_names();
-        let column = header
-            .iter()
-            .position(|name| name == "t")
-            .map(|idx| NumberColumn {
-                idx,
-                name: "t".to_owned(),
-                joint: "time".to_owned(),
-                unit: "s",
-            });
-        let mut times = Vec::new();
-        let data = self.read_rows(table, |row| {
-            if let Some(column) = &column {
-                times.push(row.number(column)?);
-            }
-            Ok(true)
-        })?;
-        Ok((data, times))
+    pub fn read_as_one(&self, table: &mut Table) -> Result<Data, CliError> {
+        self.read_rows(table, |_| Ok(true))
     }
 
     fn read_rows(
         &self,
-        mut table: Table,
+        table: &mut Table,
         mut admits: impl FnMut(Row<'_>) -> Result<bool, CliError>,
     ) -> Result<Data, CliError> {
-        let n_covariates = self.states.states.len();
-        let mut degrees = DegreesWatch::without_robot(&self.states.states[..n_covariates / 3]);
-        let mut states = Vec::new(); // row-major
+        let (n_covariates, n_joints) = (self.states.states.len(), self.joints.names.len());
+        let mut degrees = DegreesWatch::without_robot(&self.states.states[..n_joints]);
+        let log = LogColumns::find(table.file(), &table.column_names(), &self.joints)?;
+        let mut timeline = TimelineRows::new(log, n_joints);
+        let mut q = vec![0.0; n_joints];
+        let mut states = vec![Vec::new(); n_covariates];
         let mut torques = vec![Vec::new(); self.torques.len()];
         while let Some(row) = table.next_row()? {
             if !admits(row)? {
                 continue;
             }
-            let first = states.len();
-            for column in &self.states.states {
-                states.push(row.number(column)?);
+            for (values, column) in states.iter_mut().zip(&self.states.states) {
+                values.push(row.number(column)?);
             }
-            degrees.see(&states[first..first + n_covariates / 3]);
+            for (q, values) in q.iter_mut().zip(&states) {
+                *q = values.last().copied().unwrap_or_default();
+            }
+            degrees.see(&q);
             for (values, (_, column)) in torques.iter_mut().zip(&self.torques) {
                 values.push(row.number(column)?);
             }
+            timeline.take(row)?;
         }
-        let n_rows = states.len() / n_covariates;
         let joint_idxs = self.torques.iter().map(|(joint_idx, _)| *joint_idx);
         let samples = Samples {
             joint_names: self.joints.names.clone(),
             contexts: Vec::new(),
             context_of: Vec::new(),
-            x: Mat::from_fn(n_rows, n_covariates, |row, col| {
-                states[row * n_covariates + col]
-            }),
+            x: matrix(states),
             torques: joint_idxs
                 .zip(torques)
                 .map(|(joint_idx, values)| JointTorques { joint_idx, values })
                 .collect(),
-            timeline: Timeline::default(),
+            timeline: timeline.into_timeline(),
         };
+        let mut doubts = degrees.doubts();
+        doubts.extend(self.unfinished.clone());
         Ok(Data {
             samples,
             context: String::new(),
-            doubts: degrees.doubts(),
+            doubts,
         })
     }
+}
+
+/// The matrix of some columns; each is freed as soon as it is copied.
+fn matrix(columns: Vec<Vec<f64>>) -> Mat<f64> {
+    let n_rows = columns.first().map_or(0, Vec::len);
+    let mut x = Mat::with_capacity(n_rows, columns.len());
+    for (col, values) in columns.into_iter().enumerate() {
+        x.resize_with(n_rows, col + 1, |row, _| values[row]);
+    }
+    x
 }

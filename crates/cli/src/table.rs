@@ -3,22 +3,45 @@
 //! A byte-order mark, CRLF line ends, quoted fields and blanks around names and numbers are accepted.
 
 use std::fs::File;
-use std::io::{self, BufReader, Cursor, Read};
+use std::io::{self, Read};
 use std::path::Path;
 
 use csv::{ErrorKind, ReaderBuilder, StringRecord};
+use sha2::{Digest, Sha256};
 
 use crate::error::CliError;
 use crate::number_column::NumberColumn;
 
+/// Bytes of a file that are read at a time.
+const BUFFER: usize = 1 << 16;
+
 /// A CSV file whose header has been read.
+///
+/// Only the buffer and one row of it are held at a time.
 pub struct Table {
     file: String,
-    reader: csv::Reader<Box<dyn Read>>,
+    reader: csv::Reader<Source>,
     /// Column names as written.
     header: StringRecord,
     record: StringRecord,
     n_rows: u64,
+}
+
+/// Where a table's bytes come from, and the hash of those that have come.
+struct Source {
+    bytes: Box<dyn Read>,
+    /// Only where it is asked for.
+    hash: Option<Sha256>,
+}
+
+impl Read for Source {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n_bytes = self.bytes.read(buffer)?;
+        if let Some(hash) = &mut self.hash {
+            hash.update(&buffer[..n_bytes]);
+        }
+        Ok(n_bytes)
+    }
 }
 
 /// A row of the table that has as many fields as the header.
@@ -37,20 +60,36 @@ impl Table {
     /// # Errors
     /// A file that cannot be read, is empty, starts with numbers, or names a column twice.
     pub fn open(path: &Path) -> Result<Self, CliError> {
-        let (file, source) = open_source(path)?;
-        Self::from_source(file, source)
+        let (file, bytes) = open_source(path)?;
+        Self::from_source(file, Source { bytes, hash: None })
+    }
+
+    /// As [`Table::open`], with [`Table::sha256`] of what is read.
+    ///
+    /// # Errors
+    /// As for [`Table::open`].
+    pub fn open_hashed(path: &Path) -> Result<Self, CliError> {
+        let (file, bytes) = open_source(path)?;
+        let hash = Some(Sha256::new());
+        Self::from_source(file, Source { bytes, hash })
     }
 
     /// A table whose bytes are all read, and `file` as its name in messages.
     ///
     /// # Errors
     /// As for [`Table::open`].
+    #[cfg(test)]
     pub fn from_bytes(file: String, bytes: Vec<u8>) -> Result<Self, CliError> {
-        Self::from_source(file, Box::new(Cursor::new(bytes)))
+        let bytes = Box::new(io::Cursor::new(bytes));
+        let hash = Some(Sha256::new());
+        Self::from_source(file, Source { bytes, hash })
     }
 
-    fn from_source(file: String, source: Box<dyn Read>) -> Result<Self, CliError> {
-        let mut reader = ReaderBuilder::new().flexible(true).from_reader(source);
+    fn from_source(file: String, source: Source) -> Result<Self, CliError> {
+        let mut reader = ReaderBuilder::new()
+            .flexible(true)
+            .buffer_capacity(BUFFER)
+            .from_reader(source);
         let header = reader
             .headers()
             .map_err(|error| csv_error(&file, error))?
@@ -68,6 +107,12 @@ impl Table {
     /// The file's name in messages.
     pub fn file(&self) -> &str {
         &self.file
+    }
+
+    /// SHA-256 of the bytes read so far, which are all once there is no further row; `None` if nobody asked for it.
+    pub fn sha256(&self) -> Option<[u8; 32]> {
+        let hash = self.reader.get_ref().hash.clone();
+        hash.map(|hash| hash.finalize().into())
     }
 
     /// The column names, without blanks around them.
@@ -137,27 +182,24 @@ impl<'a> Row<'a> {
             Err(_) if text.is_empty() => "the field is empty".to_owned(),
             Err(_) => format!("`{text}` is not a number"),
         };
-        Err(CliError::Field {
+        Err(self.refused(column, problem))
+    }
+
+    /// The error of a field, with row, line, column, joint and unit.
+    pub fn refused(&self, column: &NumberColumn, problem: String) -> CliError {
+        CliError::Field {
             file: self.file.to_owned(),
             row: self.number,
             line: self.line,
             column: Box::new(column.clone()),
             problem,
-        })
+        }
     }
-}
 
-/// All bytes of a file, or of standard input for `-`, after its name in messages.
-///
-/// # Errors
-/// A file that cannot be read.
-pub fn read_bytes(path: &Path) -> Result<(String, Vec<u8>), CliError> {
-    let (file, mut source) = open_source(path)?;
-    let mut bytes = Vec::new();
-    source
-        .read_to_end(&mut bytes)
-        .map_err(CliError::io("read", file.clone()))?;
-    Ok((file, bytes))
+    /// Where the row stands, for messages: `row 3 (line 4)`.
+    pub fn place(&self) -> String {
+        format!("row {} (line {})", self.number, self.line)
+    }
 }
 
 fn open_source(path: &Path) -> Result<(String, Box<dyn Read>), CliError> {
@@ -166,7 +208,7 @@ fn open_source(path: &Path) -> Result<(String, Box<dyn Read>), CliError> {
     }
     let file = path.display().to_string();
     let source = open_file(path).map_err(CliError::io("read", file.clone()))?;
-    Ok((file, Box::new(BufReader::new(source))))
+    Ok((file, Box::new(source)))
 }
 
 /// Opens a file for reading; a directory is an error at once, not at the first byte.

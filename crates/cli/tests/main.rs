@@ -10,6 +10,7 @@ mod learning;
 mod learning_refusals;
 mod likelihood;
 mod likelihood_contexts;
+mod log_columns;
 mod new_contexts;
 mod payloads;
 mod puma_samples;

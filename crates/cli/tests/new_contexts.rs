@@ -249,6 +249,7 @@ fn folder_with_spoilt_files() -> Folder {
     folder.write("spoilt.csv", three().replacen("c3,0.01,", "c3,0.01,NaN", 1));
     folder.write("other.csv", three().replacen("qd1", "qd2", 1));
     folder.write("still.csv", three().replace(",0.02,", ",0.01,"));
+    folder.write("back.csv", three().replace(",0.02,", ",0.005,"));
     folder.write("timeless.csv", three().replacen(",t,", ",s,", 1));
     folder.run("fit --data runs.csv --model lr --context c2 --output lr.tgp");
     folder
@@ -295,8 +296,12 @@ fn requests_for_a_context_that_are_refused() {
             "timeless.csv: --switching: there is no column `t` with the rows' times in seconds; say --interval SECONDS",
         ),
         (
-            "--data still.csv --switching 1",
-            "still.csv: row 3, column `t`: time does not go on",
+            "--data back.csv --switching 1",
+            "back.csv: row 3, column `t`: time does not go on",
+        ),
+        (
+            "--data still.csv",
+            "still.csv: row 3 (line 4), column `t` (time, s): rows of context `c3`: time 0.01 s does not come after 0.01 s",
         ),
     ];
     check(&folder, "context --model model.tgp", &cases);

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use torque_model::{Adapt, JointTorques, Provenance, RobotModel, Samples, TorqueError};
+use torque_model::{Adapt, JointTorques, RobotModel, Samples, TorqueError};
 
 use crate::context::{COLUMN, listed};
 use crate::error::CliError;
@@ -13,7 +13,7 @@ use crate::model_file::ModelFile;
 use crate::output::{self, Output};
 use crate::range_watch::warn_outside;
 use crate::samples::{Data, DataColumns};
-use crate::table::{self, Table};
+use crate::table::Table;
 use crate::text_table;
 
 /// Add a context to a model of several, from a few of its measured torques
@@ -78,17 +78,17 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     output::check_not_an_input(&args.output, &[&args.data])?;
     let model = ModelFile::load_several(&args.model)?;
     require_new(&args.context, &model)?;
-    let (file, bytes) = table::read_bytes(&args.data)?;
+    let mut table = Table::open_hashed(&args.data)?;
+    let file = table.file().to_owned();
     let version = env!("CARGO_PKG_VERSION");
     let program = format!("torque-gp {version} (`{}` added)", args.context);
-    let provenance =
-        (model.provenance()).with_data(&program, Provenance::new(&program, &bytes).data_sha256);
-    let table = Table::from_bytes(file.clone(), bytes)?;
     let (prefix, learned) = (&args.tau_prefix, model.learned_joints());
     let columns = DataColumns::of_joints(&table, model.joints(), prefix, &learned)?;
     model.note_order(&file, &columns.states);
     let has_column = table.column_names().iter().any(|name| name == COLUMN);
-    let data = columns.read(table, has_column.then_some(args.context.as_str()))?;
+    let data = columns.read(&mut table, has_column.then_some(args.context.as_str()))?;
+    let data_sha256 = table.sha256().unwrap_or_default();
+    let provenance = (model.provenance()).with_data(&program, data_sha256);
     warn(&file, &data, &columns, &model).map_err(CliError::of_data(&file))?;
 
     let mut output = Output::create(&args.output)?;

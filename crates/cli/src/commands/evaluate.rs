@@ -47,10 +47,10 @@ Examples:
   torque-gp evaluate --model model.tgp --data test.csv
   torque-gp evaluate --model model.tgp --data log.csv --context c3 --json
 
-JSON: {\"n_samples\": …, \"joints\": [{\"joint\": \"joint1\", \"nmse\": …, \"rmse\": …,
+JSON: {\"n_samples\": …, \"rows\": …, \"joints\": [{\"joint\": \"joint1\", \"nmse\": …, \"rmse\": …,
 \"mean_log_predictive_density\": …, \"coverage_95\": …}, …]}; nmse is null where the measured torques are all equal.
 Of a model of several contexts, every context's rows are judged by themselves, with their mean over the contexts:
-{\"n_samples\": …, \"contexts\": [{\"context\": \"c1\", \"n_samples\": …, \"joints\": […]}, …], \"average\": […]}.
+{\"n_samples\": …, \"rows\": …, \"contexts\": [{\"context\": \"c1\", \"n_samples\": …, \"joints\": […]}, …], \"average\": […]}.
 
 Exit status: 0, or 2 for bad input or usage; then there is one message.";
 
@@ -58,6 +58,8 @@ Exit status: 0, or 2 for bad input or usage; then there is one message.";
 #[derive(Serialize)]
 struct Evaluation {
     n_samples: usize,
+    /// The same number.
+    rows: usize,
     joints: Vec<JointScore>,
 }
 
@@ -72,6 +74,8 @@ struct JointScore {
 #[derive(Serialize)]
 struct ContextEvaluation {
     n_samples: usize,
+    /// The same number.
+    rows: usize,
     contexts: Vec<ContextScores>,
     /// Means over the contexts, of nMSE over those that have one.
     average: Vec<JointScore>,
@@ -110,6 +114,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
             let rows: Vec<usize> = (0..numbers.len()).collect();
             let evaluation = Evaluation {
                 n_samples: rows.len(),
+                rows: rows.len(),
                 joints: scores.of_rows(&rows),
             };
             args.print.print(&evaluation, Evaluation::table)
@@ -126,11 +131,11 @@ fn read(
     args: &Args,
     model: &ModelFile,
     columns: &DataColumns,
-    table: Table,
+    mut table: Table,
 ) -> Result<(Data, Vec<usize>), CliError> {
     let asked = args.data.context.as_deref();
     let has_column = table.column_names().iter().any(|name| name == COLUMN);
-    let of_one = |table: Table, asked: Option<&str>, number: usize| {
+    let of_one = |table: &mut Table, asked: Option<&str>, number: usize| {
         let data = columns.read(table, asked)?;
         let numbers = vec![number; data.samples.n_rows()];
         Ok((data, numbers))
@@ -139,12 +144,12 @@ fn read(
         // Rows of a file that does not say are those of the one context that the model is for.
         let is_own = asked.is_some_and(|asked| asked == model.provenance().context);
         let chosen = asked.filter(|_| has_column || !is_own);
-        return of_one(table, chosen, 0);
+        return of_one(&mut table, chosen, 0);
     }
     match RowContexts::new(model, &table, asked)? {
-        RowContexts::Same(number) => of_one(table, asked.filter(|_| has_column), number),
+        RowContexts::Same(number) => of_one(&mut table, asked.filter(|_| has_column), number),
         RowContexts::Column(column) => {
-            let data = columns.read_all(table, column)?;
+            let data = columns.read_all(&mut table, column)?;
             let numbers = data.samples.context_of.clone();
             Ok((data, numbers))
         }
@@ -212,6 +217,7 @@ impl ContextEvaluation {
         let n_joints = contexts.first().map_or(0, |context| context.joints.len());
         Self {
             n_samples: numbers.len(),
+            rows: numbers.len(),
             average: (0..n_joints).map(average).collect(),
             contexts,
         }

@@ -118,10 +118,10 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// The rows; if the hyperparameters name contexts, those of all of them.
-    fn read(&self, table: Table, columns: &DataColumns) -> Result<Data, CliError> {
+    fn read(&self, mut table: Table, columns: &DataColumns) -> Result<Data, CliError> {
         let DataArgs { path, context, .. } = &self.args.data;
         let Some(contexts) = &self.hyperparameters.contexts else {
-            return columns.read(table, context.as_deref());
+            return columns.read(&mut table, context.as_deref());
         };
         let whose = self.args.hyperparameters.display().to_string();
         if let Some(context) = context {
@@ -131,7 +131,7 @@ impl Job<'_> {
         }
         let header = table.column_names();
         let column = ContextColumn::of_known(table.file(), &header, contexts, &whose)?;
-        let data = columns.read_all(table, column)?;
+        let data = columns.read_all(&mut table, column)?;
         let numbers = &data.samples.context_of;
         if let Some(absent) = (0..contexts.len()).find(|number| !numbers.contains(number)) {
             let absent = &contexts[absent];

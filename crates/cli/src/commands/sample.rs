@@ -91,12 +91,12 @@ Exit status: 0, or 2 for bad input or usage; then there is one message and no ou
 /// Anything wrong with the options or the data, or a chain that cannot begin; no output is left.
 pub fn run(args: &Args) -> Result<(), CliError> {
     output::check_not_an_input(&args.output, &[&args.data.path])?;
-    let table = Table::open(&args.data.path)?;
+    let mut table = Table::open(&args.data.path)?;
     let file = table.file().to_owned();
     let asked = std::slice::from_ref(&args.joint);
     let columns = DataColumns::of_header(&table, &args.data.tau_prefix, "--joint", asked)?;
     let mut output = Output::create(&args.output)?;
-    let data = columns.read(table, args.data.context.as_deref())?;
+    let data = columns.read(&mut table, args.data.context.as_deref())?;
     data.warn(&file);
     let mut samples = data.samples;
     // As `fit`: what bounds and starts are depends on the torques' size, not on their unit.

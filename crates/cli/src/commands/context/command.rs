@@ -142,12 +142,12 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         output::check_not_an_input(output, &[&args.model, &args.data])?;
     }
     let model = ModelFile::load_several(&args.model)?;
-    let table = Table::open(&args.data)?;
+    let mut table = Table::open(&args.data)?;
     let file = table.file().to_owned();
     let (prefix, learned) = (&args.tau_prefix, model.learned_joints());
     let columns = DataColumns::of_joints(&table, model.joints(), prefix, &learned)?;
     model.note_order(&file, &columns.states);
-    let (data, times) = columns.read_in_time(table)?;
+    let data = columns.read_as_one(&mut table)?;
     data.warn(&file);
     let samples = &data.samples;
     let x = samples.x.as_ref();
@@ -160,7 +160,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     };
     let interval = args
         .switching
-        .map(|_| interval(args, &file, &times))
+        .map(|_| interval(args, &file, &data.samples.timeline.t))
         .transpose()?;
     let in_total = samples.spread(args.rows as usize);
     let trials = Trials {

@@ -34,14 +34,14 @@ impl Trials<'_> {
     /// # Errors
     /// As for data with contexts; too few trials for a p-value to be below the level.
     pub fn calibration(&self, path: &Path) -> Result<Calibration, CliError> {
-        let table = Table::open(path)?;
+        let mut table = Table::open(path)?;
         let file = table.file().to_owned();
         let header = table.column_names();
         let model = self.model;
         let contexts = ContextColumn::of_known(&file, &header, model.contexts(), &model.file)?;
         let (joints, learned) = (model.joints(), model.learned_joints());
         let columns = DataColumns::of_joints(&table, joints, self.tau_prefix, &learned)?;
-        let data = columns.read_all(table, contexts)?;
+        let data = columns.read_all(&mut table, contexts)?;
         let scores = self
             .scores(&data.samples)
             .map_err(CliError::of_data(&file))?;

@@ -45,6 +45,14 @@ pub struct Args {
     #[arg(long, value_enum)]
     pub criterion: Option<CriterionArg>,
 
+    /// Contexts whose robot carries nothing (rbd and rbd+gp)
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pub bare: Vec<String>,
+
+    /// Terms of the friction that is learned (rbd and rbd+gp) [default: auto]
+    #[arg(long, value_enum)]
+    pub friction_terms: Option<FrictionTermsArg>,
+
     /// From where the search for hyperparameters sets out (not lr and lrc)
     #[arg(long, value_enum, default_value_t = StartsArg::Several)]
     pub starts: StartsArg,
@@ -102,10 +110,33 @@ impl ModelArg {
         value.map_or(String::new(), |value| value.get_name().to_owned())
     }
 
+    /// Whether it learns the parameters of a robot.
+    pub fn is_of_robot(self) -> bool {
+        matches!(self, Self::Rbd | Self::RbdGp)
+    }
+
     /// Whether it learns several contexts together.
     pub fn is_of_many_contexts(self) -> bool {
         matches!(self, Self::Mgp | Self::Igp | Self::Pgp)
     }
+}
+
+/// Which terms friction is made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum FrictionTermsArg {
+    /// What the data and the robot's description allow
+    #[default]
+    Auto,
+    /// Signs of the speeds
+    Signs,
+    /// Smooth signs of the speeds
+    Tanh,
+    /// The fewest terms
+    Minimal,
+    /// The usual terms
+    Standard,
+    /// All terms
+    Full,
 }
 
 /// How the rank of K^ρ is found.
@@ -185,7 +216,7 @@ impl Args {
     /// Which do not.
     pub fn check(&self) -> Result<(), CliError> {
         let model = self.model.name();
-        let needs_robot = matches!(self.model, ModelArg::Rbd | ModelArg::RbdGp);
+        let needs_robot = self.model.is_of_robot();
         let is_ranked = self.model == ModelArg::Mgp;
         let reason = match (self.rank, self.criterion) {
             _ if self.robot.request().is_some() && !needs_robot => {
@@ -193,6 +224,12 @@ impl Args {
             }
             _ if self.chapter && needs_robot => {
                 format!("--chapter goes with all models but rbd and rbd+gp, not {model}")
+            }
+            _ if !self.bare.is_empty() && !needs_robot => {
+                format!("--bare goes with --model rbd and rbd+gp, not {model}")
+            }
+            _ if self.friction_terms.is_some() && !needs_robot => {
+                format!("--friction-terms goes with --model rbd and rbd+gp, not {model}")
             }
             (Some(_), _) if !is_ranked => format!("--rank goes with --model mgp, not {model}"),
             (_, Some(_)) if !is_ranked => format!("--criterion goes with --model mgp, not {model}"),

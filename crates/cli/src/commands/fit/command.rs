@@ -11,7 +11,7 @@ use crate::commands::fit::args::{Args, ModelArg, RankArg};
 use crate::commands::fit::learner::learner;
 use crate::commands::fit::progress::Progress;
 use crate::commands::fit::report;
-use crate::context::columns_error;
+use crate::context::{COLUMN, columns_error};
 use crate::context_column::ContextColumn;
 use crate::error::CliError;
 use crate::few_states::FewStates;
@@ -19,9 +19,10 @@ use crate::joints::Joints;
 use crate::messages;
 use crate::output::{self, Output};
 use crate::robot::RobotRequest;
+use crate::row_contexts::number_in;
 use crate::samples::{Data, DataColumns};
 use crate::score::is_constant;
-use crate::table::{self, Table};
+use crate::table::Table;
 
 /// Rows of data above which the memory of a fit is worth a word: two matrices of 1 GB.
 const MANY_ROWS: usize = 11_000;
@@ -52,9 +53,8 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let mut inputs = args.robot.request().map_or(Vec::new(), RobotRequest::files);
     inputs.push(&args.data.path);
     output::check_not_an_input(&args.output, &inputs)?;
-    let (file, bytes) = table::read_bytes(&args.data.path)?;
-    let provenance = Provenance::new(concat!("torque-gp ", env!("CARGO_PKG_VERSION")), &bytes);
-    let table = Table::from_bytes(file.clone(), bytes)?;
+    let mut table = Table::open_hashed(&args.data.path)?;
+    let file = table.file().to_owned();
     args.check()?;
     let learner = learner(args)?;
     let (prefix, option, asked) = (&args.data.tau_prefix, "--joints", &args.joints);
@@ -66,10 +66,16 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         }
     }?;
     let mut output = Output::create(&args.output)?;
-    let data = read(args, &file, table, &columns)?;
+    let data = read(args, &file, &mut table, &columns)?;
+    check_bare(args, &file, &data)?;
     check(&file, &data)?;
     let learned = learn(args, &data.samples, learner.as_ref(), &file)?;
-    let provenance = provenance.of_context(&data.context);
+    let provenance = Provenance {
+        data_sha256: table.sha256().unwrap_or_default(),
+        robot_sha256: None,
+        program: concat!("torque-gp ", env!("CARGO_PKG_VERSION")).to_owned(),
+        context: data.context.clone(),
+    };
     let model = RobotModel::of_learned(&data.samples, learner.as_ref(), learned, provenance);
     let model = model.map_err(CliError::of_data(&file))?;
     if args.model == ModelArg::Mgp {
@@ -86,8 +92,18 @@ pub fn run(args: &Args) -> Result<(), CliError> {
 }
 
 /// The rows of one context, or of several that are learned together.
-fn read(args: &Args, file: &str, table: Table, columns: &DataColumns) -> Result<Data, CliError> {
+fn read(
+    args: &Args,
+    file: &str,
+    table: &mut Table,
+    columns: &DataColumns,
+) -> Result<Data, CliError> {
     let (model, asked) = (args.model.name(), args.data.context.as_deref());
+    let header = table.column_names();
+    if args.model.is_of_robot() && asked.is_none() && header.iter().any(|name| name == COLUMN) {
+        let data = columns.read_all(table, ContextColumn::of_any(file, &header)?)?;
+        return Ok(data.without_only_context());
+    }
     if !args.model.is_of_many_contexts() {
         return columns.read(table, asked);
     }
@@ -96,7 +112,7 @@ fn read(args: &Args, file: &str, table: Table, columns: &DataColumns) -> Result<
             "--context {context}: --model {model} learns all contexts of the data together; leave --context out, or use --model gpc"
         )));
     }
-    let contexts = ContextColumn::of_any(file, &table.column_names())?;
+    let contexts = ContextColumn::of_any(file, &header)?;
     let data = columns.read_all(table, contexts)?;
     match (data.samples.contexts.as_slice(), args.rank) {
         ([only], _) => {
@@ -113,6 +129,17 @@ fn read(args: &Args, file: &str, table: Table, columns: &DataColumns) -> Result<
         }
         _ => Ok(data),
     }
+}
+
+/// Refuses contexts of `--bare` that the data does not have.
+fn check_bare(args: &Args, file: &str, data: &Data) -> Result<(), CliError> {
+    let only = [data.context.clone()];
+    let contexts = match data.samples.contexts.as_slice() {
+        [] => &only,
+        several => several,
+    };
+    let mut bare = args.bare.iter();
+    bare.try_for_each(|name| number_in("--bare", name.trim(), contexts, file).map(|_| ()))
 }
 
 /// Refuses data that says nothing, warns of data that is probably not what it seems.
