@@ -30,6 +30,7 @@ pub(crate) fn description(robot: &RobotDescription) -> Result<(), DynError> {
         ends(robot, joint)?;
         geometry(joint)?;
         drive(&joint.name, &joint.drive)?;
+        joint.smooth_friction.check(&joint.name)?;
     }
     one_parent_each(robot)
 }
@@ -155,6 +156,26 @@ pub(crate) fn finite_not_negative(
         quantity,
         value,
         requirement,
+    })
+}
+
+/// An error if the number is NaN, infinite, zero or negative.
+pub(crate) fn finite_positive(
+    what: &'static str,
+    name: &str,
+    quantity: &'static str,
+    value: f64,
+) -> Result<(), DynError> {
+    finite(what, name, quantity, &[value])?;
+    if value > 0.0 {
+        return Ok(());
+    }
+    Err(DynError::OutOfRange {
+        what,
+        name: name.to_owned(),
+        quantity,
+        value,
+        requirement: "above zero",
     })
 }
 
