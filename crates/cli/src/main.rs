@@ -37,6 +37,7 @@ mod range_watch;
 mod result_table;
 mod robot;
 mod row_contexts;
+mod run_clock;
 mod samples;
 mod score;
 mod table;

@@ -137,13 +137,18 @@ impl<'a> Row<'a> {
             Err(_) if text.is_empty() => "the field is empty".to_owned(),
             Err(_) => format!("`{text}` is not a number"),
         };
-        Err(CliError::Field {
+        Err(self.fault(column, problem))
+    }
+
+    /// What is wrong with a field, with its place.
+    pub fn fault(&self, column: &NumberColumn, problem: String) -> CliError {
+        CliError::Field {
             file: self.file.to_owned(),
             row: self.number,
             line: self.line,
             column: Box::new(column.clone()),
             problem,
-        })
+        }
     }
 }
 

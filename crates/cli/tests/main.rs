@@ -19,4 +19,5 @@ mod refusals;
 mod rigid_body;
 mod sample;
 mod simulate;
+mod smooth_friction;
 mod spoilt_files;

@@ -57,7 +57,15 @@ pub fn rnea(
     tau: &mut [f64],
 ) {
     let states = JointStates { q, qd, qdd };
-    remembering(model, workspace, effects, context, Memory::Lasting, states, tau);
+    remembering(
+        model,
+        workspace,
+        effects,
+        context,
+        Memory::Lasting,
+        states,
+        tau,
+    );
 }
 
 /// As [`rnea`], with the hysteresis states that friction is in.

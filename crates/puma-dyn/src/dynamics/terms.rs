@@ -172,7 +172,15 @@ pub fn torque_terms(
     terms: &mut TorqueTerms,
 ) {
     let states = JointStates { q, qd, qdd };
-    remembering(model, workspace, effects, context, Memory::Lasting, states, terms);
+    remembering(
+        model,
+        workspace,
+        effects,
+        context,
+        Memory::Lasting,
+        states,
+        terms,
+    );
 }
 
 /// As [`torque_terms`], with the hysteresis states that friction is in.

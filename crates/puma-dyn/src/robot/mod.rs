@@ -25,5 +25,5 @@ pub use sidecar::{JointKeys, Sidecar};
 pub use smooth_friction::{
     HysteresisFriction, LoadHysteresisFriction, SmoothFriction, TanhFriction,
 };
-pub use urdf::{Loaded, load_urdf, parse_urdf};
+pub use urdf::{JointDynamics, Loaded, load_urdf, parse_urdf, write_urdf};
 pub use warning::{PhysicalWarning, Warning};

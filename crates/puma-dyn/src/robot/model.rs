@@ -59,7 +59,8 @@ impl Model {
 
         let mut springs = Vec::new();
         let laws = moving.iter().enumerate();
-        let laws = laws.map(|(idx, joint)| SmoothLaw::new(idx, &joint.smooth_friction, &mut springs));
+        let laws =
+            laws.map(|(idx, joint)| SmoothLaw::new(idx, &joint.smooth_friction, &mut springs));
         let smooth_friction: Vec<SmoothLaw> = laws.collect();
 
         let mut model = Self {

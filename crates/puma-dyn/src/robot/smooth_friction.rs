@@ -147,7 +147,11 @@ pub(crate) struct SmoothTorque {
 
 impl SmoothLaw {
     /// The law of a joint; its hysteresis states are appended to `springs`, one for each length.
-    pub(crate) fn new(joint_idx: usize, friction: &SmoothFriction, springs: &mut Vec<Spring>) -> Self {
+    pub(crate) fn new(
+        joint_idx: usize,
+        friction: &SmoothFriction,
+        springs: &mut Vec<Spring>,
+    ) -> Self {
         let first = springs.len();
         let mut spring_idx = |length: f64| {
             let is_known = |spring: &Spring| spring.length.to_bits() == length.to_bits();
@@ -289,6 +293,9 @@ mod tests {
         let (of_speed, _) = law.slopes(7.0);
         let torque = |qd: f64| law.at(qd, |_| 0.0).under(7.0);
         let slope = (torque(1e-6) - torque(-1e-6)) / 2e-6;
-        assert!(slope <= of_speed && slope > 0.999_999 * of_speed, "{slope} {of_speed}");
+        assert!(
+            slope <= of_speed && slope > 0.999_999 * of_speed,
+            "{slope} {of_speed}"
+        );
     }
 }

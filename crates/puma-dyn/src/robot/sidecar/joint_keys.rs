@@ -100,7 +100,13 @@ impl JointKeys {
             entry("hysteresis", number, "torque", spring.torque, Sign::Any)?;
         }
         for (number, spring) in (1..).zip(&self.load_hysteresis) {
-            let (key, LoadHysteresisFriction { length, coefficient }) = ("load_hysteresis", *spring);
+            let (
+                key,
+                LoadHysteresisFriction {
+                    length,
+                    coefficient,
+                },
+            ) = ("load_hysteresis", *spring);
             entry(key, number, "length", length, Sign::Plus)?;
             entry(key, number, "coefficient", coefficient, Sign::Any)?;
         }

@@ -40,7 +40,7 @@ use crate::robot::warning::Warning;
 /// ```
 /// τ^rb is the joint's torque of links and payload, without drives.
 /// A key that is not in this list is an error, and so is a joint the robot does not have.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Sidecar {
     file: String,
     friction: Option<Friction>,
