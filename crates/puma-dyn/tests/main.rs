@@ -16,6 +16,7 @@ mod scenario;
 mod sidecar;
 mod simulation;
 mod smooth_friction;
+mod smooth_simulation;
 mod stick_slip;
 mod urdf_arm;
 mod urdf_files;

@@ -10,6 +10,7 @@ pub(crate) mod slip_dynamics;
 pub(crate) mod stick_slip;
 pub(crate) mod tick;
 pub(crate) mod torque_noise;
+pub(crate) mod travel_memory;
 
 pub use arm_simulator::{ArmSimulator, Work};
 pub use closed_loop::ClosedLoop;

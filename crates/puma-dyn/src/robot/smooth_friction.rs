@@ -175,11 +175,6 @@ impl SmoothLaw {
         self.terms.is_empty()
     }
 
-    /// Whether a part of it grows with the load.
-    pub(crate) fn is_of_load(&self) -> bool {
-        self.terms.iter().any(|law| law.term.is_of_load())
-    }
-
     /// Whether it has memory.
     pub(crate) fn has_memory(&self) -> bool {
         self.terms.iter().any(|law| law.term.length().is_some())
