@@ -306,18 +306,12 @@ fn a_sidecar_of_the_arm_is_in_the_torques_as_inverse_dynamics_has_it() {
     folder.write("arm.urdf", std::fs::read(fixture("puma560.urdf")).unwrap());
     let scenario = std::fs::read_to_string(fixture("scenario.toml")).unwrap();
     let first = &scenario[scenario.find("[[load]]").unwrap()..];
-    let load: String = first
+    let lines = first
         .lines()
         .skip(1)
-        .take_while(|line| !line.starts_with("[["))
-        .collect::<Vec<_>>()
-        .join("\n");
-    let load: String = load
-        .lines()
-        .filter(|line| !line.starts_with("name"))
-        .map(|line| format!("{line}\n"))
-        .collect();
-    folder.write("load.toml", load);
+        .take_while(|line| !line.starts_with("[["));
+    let load: Vec<&str> = lines.filter(|line| !line.starts_with("name")).collect();
+    folder.write("load.toml", load.join("\n"));
     let urdf = "inverse-dynamics --robot arm.urdf --sidecar arm.toml --payload load.toml";
     folder.run(&format!(
         "{urdf} --tau-prefix again --input a.csv --output b.csv"

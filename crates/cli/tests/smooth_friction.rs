@@ -44,15 +44,15 @@ fn log() -> String {
         .into_iter()
         .flat_map(|names: Vec<String>| names)
         .collect();
-    let mut text = format!("run,t,{}\n", names.join(","));
+    let mut lines = vec![format!("run,t,{}", names.join(","))];
     for run in 0..2 {
         for sample in 0..N_ROWS {
             let state = motion(run, sample).map(|value| format!("{value:?}"));
             let t = STEP * sample as f64;
-            text += &format!("r{run},{t:?},{}\n", state.join(","));
+            lines.push(format!("r{run},{t:?},{}", state.join(",")));
         }
     }
-    text
+    lines.join("\n") + "\n"
 }
 
 fn folder() -> Folder {

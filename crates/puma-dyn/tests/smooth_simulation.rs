@@ -57,7 +57,7 @@ fn pendulum(smooth_friction: SmoothFriction) -> Model {
         smooth_friction,
         ..JointDescription::new("hinge", JointKind::Continuous, "base", "rod")
     });
-    Model::new(&robot).unwrap()
+    Model::new(&robot).expect("a valid robot")
 }
 
 /// d/dt of (q, q̇, z): the load is tried with either sign, and z obeys Dahl's equation in time.
@@ -146,7 +146,7 @@ fn friction_that_remembers_holds_an_arm_within_its_length() {
 fn puma() -> Model {
     let mut robot = puma560::description();
     for joint in &mut robot.joints {
-        let size = if joint.name < "joint4".to_owned() {
+        let size = if joint.name.as_str() < "joint4" {
             1.0
         } else {
             0.05
@@ -168,7 +168,7 @@ fn puma() -> Model {
             offset: 0.1 * size,
         };
     }
-    Model::new(&robot).unwrap()
+    Model::new(&robot).expect("a valid robot")
 }
 
 const Q: [f64; 6] = [0.1, -0.7, 0.4, 0.3, -0.2, 0.9];
@@ -244,25 +244,26 @@ fn reference() -> ReferenceMotion {
         [q, [1.5 * s; 6], [7.5 * c; 6]].concat()
     };
     let states = time.iter().flat_map(of_time).collect();
-    ReferenceMotion::new(6, time, states).unwrap()
+    ReferenceMotion::new(6, time, states).expect("a motion")
 }
 
 /// Largest error of joint 2 under a feed-forward, rad.
 fn largest_error(model: &Model, feed_forward: &mut impl puma_dyn::motion::FeedForward) -> f64 {
     let (reference, all) = (reference(), Effects::ALL);
     let inertias = [3.0, 5.0, 1.0, 0.2, 0.2, 0.2];
-    let controller = CompositeController::with_bandwidth(&inertias, 10.0, 1.0).unwrap();
+    let controller = CompositeController::with_bandwidth(&inertias, 10.0, 1.0).expect("gains");
     let rate = Rate {
         period: 1e-3,
         n_steps: 2,
     };
-    let mut robot = ClosedLoop::new(model, all, Context::empty(), &reference, rate).unwrap();
+    let mut robot =
+        ClosedLoop::new(model, all, Context::empty(), &reference, rate).expect("an arm");
     let mut largest = 0.0_f64;
     robot
         .run(&controller, feed_forward, f64::INFINITY, |tick| {
             largest = largest.max((tick.desired.q[1] - tick.q[1]).abs());
         })
-        .unwrap();
+        .expect("a motion without end");
     largest
 }
 

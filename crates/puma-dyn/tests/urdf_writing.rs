@@ -11,7 +11,7 @@ use crate::fixture::{assert_close, path};
 const FILES: [&str; 3] = ["puma560.urdf", "puma-dyn/tree.urdf", "puma-dyn/gen3.urdf"];
 
 fn text(name: &str) -> String {
-    std::fs::read_to_string(path(name)).unwrap()
+    std::fs::read_to_string(path(name)).expect("a fixture")
 }
 
 fn model(text: &str) -> Model {
@@ -76,7 +76,7 @@ fn parameters_come_back_and_torques_are_linear_in_them() {
 
 /// Everything of a text but the elements in question and blanks.
 fn rest(text: &str, tags: &[&str]) -> String {
-    let document = roxmltree::Document::parse(text).unwrap();
+    let document = roxmltree::Document::parse(text).expect("XML");
     let is_cut = |node: &roxmltree::Node| tags.iter().any(|tag| node.has_tag_name(*tag));
     let mut kept = String::new();
     let mut from = 0;

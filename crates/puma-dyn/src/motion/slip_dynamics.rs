@@ -173,9 +173,9 @@ impl<'a> SlipDynamics<'a> {
 
     /// Decides for the joints at rest, under the loads' signs as they are guessed.
     fn settle_modes(&mut self, at: Loaded<'_>, held: &[bool]) -> Result<(), Stop> {
-        for idx in 0..self.resting.len() {
+        for (idx, is_held) in held.iter().enumerate() {
             let mode = &mut self.resting[idx];
-            if mode.is_none() && held[idx] {
+            if mode.is_none() && *is_held {
                 *mode = Some(SlipMode::Sticking);
             }
             let coulomb = mode.map_or(0.0, |mode| mode.coulomb(&self.laws[idx]));

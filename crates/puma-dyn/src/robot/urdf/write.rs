@@ -231,13 +231,13 @@ impl Edits<'_> {
 
     fn set_attributes(&mut self, node: Node, attributes: &Attributes) {
         for (key, value) in attributes {
-            match node.attribute_node(*key) {
-                Some(attribute) => self.edits.push((attribute.range_value(), value.clone())),
-                None => {
-                    let at = node.range().start + self.opening(node).len();
-                    self.edits.push((at..at, format!(" {key}=\"{value}\"")));
-                }
-            }
+            let (place, text) = if let Some(attribute) = node.attribute_node(*key) {
+                (attribute.range_value(), value.clone())
+            } else {
+                let at = node.range().start + self.opening(node).len();
+                (at..at, format!(" {key}=\"{value}\""))
+            };
+            self.edits.push((place, text));
         }
     }
 
@@ -253,16 +253,13 @@ impl Edits<'_> {
         }
         let name = self.opening(node)[1..].to_owned();
         let whole = &self.text[start..end];
-        match whole.strip_suffix("/>") {
-            Some(head) => {
-                let at = start + head.len();
-                self.edits.push((at..end, format!(">{child}</{name}>")));
-            }
-            None => {
-                let at = start + whole.rfind("</").unwrap_or(whole.len());
-                self.edits.push((at..at, child.to_owned()));
-            }
-        }
+        let (place, text) = if let Some(head) = whole.strip_suffix("/>") {
+            (start + head.len()..end, format!(">{child}</{name}>"))
+        } else {
+            let at = start + whole.rfind("</").unwrap_or(whole.len());
+            (at..at, child.to_owned())
+        };
+        self.edits.push((place, text));
     }
 
     /// `<` and the name of a node's tag as written, with its prefix.
@@ -286,9 +283,8 @@ impl Edits<'_> {
 }
 
 fn element(tag: &str, attributes: &Attributes) -> String {
+    let mut words = vec![format!("<{tag}")];
     let attributes = attributes.iter();
-    let attributes: String = attributes
-        .map(|(key, value)| format!(" {key}=\"{value}\""))
-        .collect();
-    format!("<{tag}{attributes}/>")
+    words.extend(attributes.map(|(key, value)| format!("{key}=\"{value}\"")));
+    words.join(" ") + "/>"
 }
