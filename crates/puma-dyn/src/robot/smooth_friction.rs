@@ -7,9 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::DynError;
 use crate::robot::friction_term::{DriveState, FrictionTerm};
-use crate::robot::validate::{finite, finite_positive};
 
 /// Offset, smooth Coulomb friction, friction with memory and friction of the load, joint side.
 ///
@@ -89,28 +87,6 @@ impl SmoothFriction {
             .chain(of_load)
             .chain([(FrictionTerm::LoadSpeed, self.load_viscous)])
             .filter(|(_, coefficient)| coefficient.abs() > 0.0)
-    }
-
-    /// # Errors
-    /// [`DynError::NonFinite`] or [`DynError::OutOfRange`] with the joint's name.
-    pub(crate) fn check(&self, joint: &str) -> Result<(), DynError> {
-        let is_finite = |quantity, value: f64| finite("joint", joint, quantity, &[value]);
-        let is_positive = |quantity, value: f64| finite_positive("joint", joint, quantity, value);
-        is_finite("torque offset", self.offset)?;
-        is_finite("viscous friction of the load", self.load_viscous)?;
-        for tanh in &self.tanh {
-            is_positive("width of tanh friction", tanh.width)?;
-            is_finite("torque of tanh friction", tanh.torque)?;
-        }
-        for hysteresis in &self.hysteresis {
-            is_positive("length of hysteresis", hysteresis.length)?;
-            is_finite("torque of hysteresis", hysteresis.torque)?;
-        }
-        for of_load in &self.load_hysteresis {
-            is_positive("length of the load's hysteresis", of_load.length)?;
-            is_finite("coefficient of the load's hysteresis", of_load.coefficient)?;
-        }
-        Ok(())
     }
 }
 
