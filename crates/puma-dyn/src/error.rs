@@ -156,6 +156,9 @@ pub enum DynError {
         /// Friction per load at the state.
         share: f64,
     },
+    /// Forward dynamics under friction that grows with the load do not settle.
+    #[error("no directions of the joints' loads fit the friction that grows with them")]
+    LoadsUnsettled,
     /// Friction that pushes a joint along cannot hold it at rest.
     #[error(
         "joint `{joint}`: its Coulomb friction goes from {negative} to {positive} and would drive the motion; only friction against the motion can be simulated"

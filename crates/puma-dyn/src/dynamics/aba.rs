@@ -33,7 +33,7 @@ use crate::robot::friction_law::{Effects, Friction};
 use crate::robot::model::Model;
 use crate::spatial::pose::Pose;
 
-/// Guesses of the loads' signs after which the last is taken; two or three are usual.
+/// Guesses of the loads' signs after which the search is given up; two or three are usual.
 const MOST_SIGNS: usize = 100;
 
 /// Accelerations that the torques `tau` produce at the state (`q`, `qd`).
@@ -48,7 +48,8 @@ const MOST_SIGNS: usize = 100;
 ///
 /// # Errors
 /// [`DynError::SingularInertia`] if a joint sees no positive inertia along its axis;
-/// [`DynError::LoadFriction`] if friction takes all of a load or more.
+/// [`DynError::LoadFriction`] if friction takes all of a load or more, [`DynError::LoadsUnsettled`] if the search
+/// for the loads' directions ends without them.
 ///
 /// # Panics
 /// If a slice has another length, or the workspace or a payload belongs to another model.
@@ -144,10 +145,10 @@ fn under_load(
                 load_signs[joint] = sign;
             }
             if is_settled {
-                break;
+                return Ok(());
             }
         }
-        Ok(())
+        Err(DynError::LoadsUnsettled)
     });
     workspace.load_signs = load_signs;
     outcome
