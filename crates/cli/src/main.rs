@@ -41,6 +41,7 @@ mod range_watch;
 mod result_table;
 mod robot;
 mod row_contexts;
+mod run_clock;
 mod samples;
 mod score;
 mod table;

@@ -38,7 +38,7 @@ pub struct OptionalRobotArgs {
 /// What may be said of a robot beside its name or file.
 #[derive(Args, Debug)]
 struct RobotDetails {
-    /// What a URDF cannot say: rotor inertia, gear ratio, motor-side friction, friction convention
+    /// What a URDF cannot say: rotor inertia, gear ratio, motor-side, smooth and remembering friction, convention
     #[arg(long, value_name = "FILE.toml", requires = "robot")]
     sidecar: Option<PathBuf>,
 

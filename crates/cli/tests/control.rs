@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::command::{Folder, column};
+use crate::command::{Folder, column, fixture};
 
 const LOAD: &str = "mass = 0.6\nsize = [0.191, 0.049, 0.13]\ncentre = [0.04, 0.027, 0.103]\nrpy = [1.058, -0.702, 2.681]\n";
 const CONTROL: &str =
@@ -302,5 +302,28 @@ fn faults_of_gains_and_rates_are_named() {
                 "joint `joint1`: its Coulomb friction goes from",
             ),
         ],
+    );
+}
+
+#[test]
+fn friction_that_remembers_is_in_the_robot_and_in_its_exact_torques() {
+    let folder = folder();
+    let read = |name: &str| std::fs::read_to_string(fixture(name)).unwrap();
+    folder.write("arm.urdf", read("puma560.urdf"));
+    folder.write("plain.toml", read("puma560.toml"));
+    let keys = "[joint.joint2]\nhysteresis = [{ length = 2e-3, torque = 20 }]\nload_viscous = 0.05";
+    folder.write(
+        "arm.toml",
+        read("puma560.toml").replace("[joint.joint2]", keys),
+    );
+    let control =
+        "control --robot arm.urdf --payload c3.toml --reference short.csv --bandwidth 8 --sidecar";
+    let rms = |rest: &str| errors(&folder, &format!("{control} {rest}"))[1];
+    let plain = rms("plain.toml --feed-forward gravity");
+    let gravity = rms("arm.toml --feed-forward gravity");
+    let exact = rms("arm.toml --feed-forward exact");
+    assert!(
+        gravity > 1.3 * plain && exact < 0.02 * gravity,
+        "{plain} {gravity} {exact}"
     );
 }

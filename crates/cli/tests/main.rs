@@ -20,5 +20,6 @@ mod refusals;
 mod rigid_body;
 mod sample;
 mod simulate;
+mod smooth_friction;
 mod spoilt_files;
 mod torque_scale;

@@ -222,3 +222,106 @@ fn parquet_holds_the_same_table() {
         assert_eq!(found, expected, "{name}");
     }
 }
+
+#[test]
+fn noise_is_that_of_the_seed_and_nothing_else_changes() {
+    let folder = Folder::new();
+    let run = "simulate --load c3 --path p2 --speed s4";
+    folder.run(&format!("{run} --output clean.csv"));
+    let noisy = "--noise 1,2,0.5,0.1,0.1,0 --correlation 0.05";
+    folder.run(&format!("{run} {noisy} --seed 7 --output noisy.csv"));
+    folder.run(&format!("{run} {noisy} --seed 7 --output again.csv"));
+    folder.run(&format!("{run} {noisy} --seed 8 --output other.csv"));
+    let (clean, noisy) = (folder.read("clean.csv"), folder.read("noisy.csv"));
+    assert_eq!(noisy, folder.read("again.csv"));
+    assert_ne!(noisy, folder.read("other.csv"));
+    let states = |text: &str| -> Vec<String> {
+        let lines = text.lines();
+        lines
+            .map(|line| line.split(',').take(21).collect::<Vec<_>>().join(","))
+            .collect()
+    };
+    assert_eq!(states(&clean), states(&noisy));
+    for (joint, std) in (1..).zip([1.0, 2.0, 0.5, 0.1, 0.1, 0.0]) {
+        let of = |text| column(text, &format!("tau{joint}"));
+        let noise: Vec<f64> = of(&noisy)
+            .iter()
+            .zip(of(&clean))
+            .map(|(a, b)| a - b)
+            .collect();
+        let mean_square = noise.iter().map(|e| e * e).sum::<f64>() / 4000.0;
+        // 4000 samples of 1.25 ms are 5 s, some 50 independent draws: 4 √(2/50) of the variance.
+        assert!(
+            (mean_square - std * std).abs() <= 0.8 * std * std,
+            "{joint}: {mean_square}"
+        );
+        let steps = noise
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]).powi(2))
+            .sum::<f64>()
+            / 3999.0;
+        // 2 s² (1 − exp(−1.25/50)) = 0.049 s²; white noise has 2 s².
+        assert!(steps <= 0.06 * std * std, "{joint}: {steps}");
+    }
+}
+
+#[test]
+fn noise_that_there_is_not_is_refused() {
+    let folder = Folder::new();
+    let run = "simulate --load c1 --path p1 --speed s1 --output data.csv";
+    for (options, message) in [
+        (
+            "--noise 1,2",
+            "--noise has 2 standard deviations; one is needed, or 6",
+        ),
+        (
+            "--noise -1",
+            "standard deviation is -1, must be zero or positive",
+        ),
+        (
+            "--noise 1 --correlation -2",
+            "correlation time is -2, must be zero or positive",
+        ),
+    ] {
+        let said = folder.refusal(&format!("{run} {options}"));
+        assert!(said.contains(message), "{said}");
+    }
+    let said = folder.refuse(&format!("{run} --seed 3"));
+    assert!(said.contains("--noise"), "{said}");
+}
+
+#[test]
+fn a_sidecar_of_the_arm_is_in_the_torques_as_inverse_dynamics_has_it() {
+    let folder = Folder::new();
+    folder.write("short.toml", short_scenario());
+    let friction =
+        "[joint.joint2]\nhysteresis = [{ length = 1e-3, torque = 3 }]\nload_viscous = 0.02\n";
+    folder.write("friction.toml", friction);
+    folder.run("simulate --scenario short.toml --sidecar friction.toml --load c1 --path p2 --speed s4 --output a.csv");
+
+    let mut sidecar = std::fs::read_to_string(fixture("puma560.toml")).unwrap();
+    let (header, keys) = friction.split_once('\n').unwrap();
+    sidecar = sidecar.replace(header, &format!("{header}\n{keys}"));
+    folder.write("arm.toml", sidecar);
+    folder.write("arm.urdf", std::fs::read(fixture("puma560.urdf")).unwrap());
+    let scenario = std::fs::read_to_string(fixture("scenario.toml")).unwrap();
+    let first = &scenario[scenario.find("[[load]]").unwrap()..];
+    let lines = first
+        .lines()
+        .skip(1)
+        .take_while(|line| !line.starts_with("[["));
+    let load: Vec<&str> = lines.filter(|line| !line.starts_with("name")).collect();
+    folder.write("load.toml", load.join("\n"));
+    let urdf = "inverse-dynamics --robot arm.urdf --sidecar arm.toml --payload load.toml";
+    folder.run(&format!(
+        "{urdf} --tau-prefix again --input a.csv --output b.csv"
+    ));
+    let text = folder.read("b.csv");
+    for joint in 1..=6 {
+        let [tau, again] = ["tau", "again"].map(|name| column(&text, &format!("{name}{joint}")));
+        for (tau, again) in tau.iter().zip(&again) {
+            // The URDF states angles in fewer digits than the table.
+            assert!((tau - again).abs() < 1e-9, "joint {joint}: {tau} {again}");
+        }
+    }
+}

@@ -145,6 +145,20 @@ pub enum DynError {
         /// Articulated-body inertia along the axis, kg m² or kg.
         inertia: f64,
     },
+    /// Friction in proportion to a joint's load takes all of it, so that no torque follows from a motion back.
+    #[error(
+        "joint `{joint}`: friction of the load is {share} times the load; at 1 and beyond the joint locks itself, \
+         and no acceleration follows from its torque"
+    )]
+    LoadFriction {
+        /// The joint.
+        joint: String,
+        /// Friction per load at the state.
+        share: f64,
+    },
+    /// Forward dynamics under friction that grows with the load do not settle.
+    #[error("no directions of the joints' loads fit the friction that grows with them")]
+    LoadsUnsettled,
     /// Friction that pushes a joint along cannot hold it at rest.
     #[error(
         "joint `{joint}`: its Coulomb friction goes from {negative} to {positive} and would drive the motion; only friction against the motion can be simulated"
@@ -197,6 +211,14 @@ pub enum DynError {
         /// The file.
         file: String,
         /// What the operating system says.
+        reason: String,
+    },
+    /// The text of a file cannot be made.
+    #[error("cannot write {file}: {reason}")]
+    Unwritable {
+        /// The file.
+        file: String,
+        /// Why.
         reason: String,
     },
     /// A file is not what its format asks for.

@@ -1,7 +1,9 @@
 //! Robots that cannot be simulated are refused by name.
 
 use puma_dyn::nalgebra::Matrix3;
-use puma_dyn::robot::{Inertial, JointDescription, JointKind, LinkDescription};
+use puma_dyn::robot::{
+    HysteresisFriction, Inertial, JointDescription, JointKind, LinkDescription, TanhFriction,
+};
 use puma_dyn::{Model, RobotDescription, puma560};
 
 const BALL: Inertial = Inertial {
@@ -144,6 +146,25 @@ fn drives_that_are_none() {
     });
     assert_refused(&["`elbow`", "gear ratio is NaN"], |r| {
         r.joints[1].drive.gear_ratio = f64::NAN;
+    });
+}
+
+#[test]
+fn smooth_friction_without_width_or_length() {
+    assert_refused(&["`elbow`", "width of tanh friction is 0"], |r| {
+        r.joints[1].smooth_friction.tanh = vec![TanhFriction {
+            width: 0.0,
+            torque: 1.0,
+        }];
+    });
+    assert_refused(&["`elbow`", "length of hysteresis is -1"], |r| {
+        r.joints[1].smooth_friction.hysteresis = vec![HysteresisFriction {
+            length: -1.0,
+            torque: 1.0,
+        }];
+    });
+    assert_refused(&["`elbow`", "viscous friction of the load is NaN"], |r| {
+        r.joints[1].smooth_friction.load_viscous = f64::NAN;
     });
 }
 

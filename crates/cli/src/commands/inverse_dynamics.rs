@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use puma_dyn::{Context, TorqueTerms, Workspace, rnea, torque_terms};
+use puma_dyn::dynamics::{Hysteresis, rnea_with_hysteresis, torque_terms_with_hysteresis};
+use puma_dyn::{Context, Friction, TorqueTerms, Workspace};
 
 use crate::columns::StateColumns;
 use crate::degrees::DegreesWatch;
@@ -13,6 +14,7 @@ use crate::output::{self, Output};
 use crate::payload_file;
 use crate::result_table::{self, ResultTable};
 use crate::robot::{Robot, RobotArgs};
+use crate::run_clock::RunClock;
 use crate::table::{Row, Table};
 
 /// Torques of a robot for every row of a CSV of joint positions, speeds and accelerations
@@ -24,6 +26,8 @@ use crate::table::{Row, Table};
 ///
 /// What is in the torques: rigid bodies, gravity and the payload always; friction by --friction; rotor inertia
 /// unless --no-rotor-inertia.
+/// Friction with memory (`hysteresis` in the sidecar) needs a column t (s); it begins at zero with every run, which is
+/// where `context` or `run` changes or, without these columns, where t falls.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Args {
@@ -79,6 +83,11 @@ Sidecar file (every key optional):
   viscous_motor = 1.5e-3                # N m s/rad, motor side
   coulomb_motor_positive = 0.4          # N m, motor side, for qd > 0
   coulomb_motor_negative = -0.4         # N m, motor side, for qd < 0
+  tanh = [{ width = 0.02, torque = 1.5 }]                   # rad/s, N m: torque tanh(qd/width)
+  hysteresis = [{ length = 5e-4, torque = 2.0 }]            # rad, N m: friction that remembers its travel
+  load_hysteresis = [{ length = 5e-4, coefficient = 0.05 }] # the same as a part of the rigid-body torque
+  load_viscous = 0.08                                       # s/rad, viscous friction as a part of it
+  offset = 0.3                                              # N m
 
 Exit status: 0, or 2 for bad input or usage; then there is one message and no output file.";
 
@@ -134,6 +143,8 @@ struct Job<'a> {
     result: ResultTable,
     degrees: DegreesWatch,
     workspace: Workspace,
+    clock: Option<RunClock>,
+    hysteresis: Hysteresis,
     terms: Option<TorqueTerms>,
     x: Vec<f64>,
     tau: Vec<f64>,
@@ -168,6 +179,8 @@ impl<'a> Job<'a> {
             columns,
             result,
             workspace: Workspace::new(model),
+            clock: clock(robot, table)?,
+            hysteresis: Hysteresis::new(model),
             terms,
             x: vec![0.0; 3 * n_joints],
             tau: vec![0.0; n_joints],
@@ -197,23 +210,31 @@ impl<'a> Job<'a> {
         let (q, rates) = self.x.split_at(n_joints);
         let (qd, qdd) = rates.split_at(n_joints);
         self.degrees.see(q);
+        if let Some(clock) = &mut self.clock {
+            match clock.elapsed(row)? {
+                Some(step) => self.hysteresis.advance(qd, step),
+                None => self.hysteresis.reset(),
+            }
+        }
         let Robot { model, effects, .. } = self.robot;
-        rnea(
+        rnea_with_hysteresis(
             model,
             &mut self.workspace,
             *effects,
             self.context,
+            &self.hysteresis,
             q,
             qd,
             qdd,
             &mut self.tau,
         );
         if let Some(terms) = &mut self.terms {
-            torque_terms(
+            torque_terms_with_hysteresis(
                 model,
                 &mut self.workspace,
                 *effects,
                 self.context,
+                &self.hysteresis,
                 q,
                 qd,
                 qdd,
@@ -228,6 +249,16 @@ impl<'a> Job<'a> {
         let numbers = std::iter::once(&self.tau[..]).chain(terms.map(|(_, values)| values));
         result_table::write_row(self.result.copied_fields(row), numbers.flatten(), output)
     }
+}
+
+/// What tells the time between rows, for friction that has memory.
+fn clock(robot: &Robot, table: &Table) -> Result<Option<RunClock>, CliError> {
+    if robot.effects.friction == Friction::None || !robot.model.has_hysteresis() {
+        return Ok(None);
+    }
+    let why = "the sidecar states friction with hysteresis, which depends on how long the joints have moved; \
+               --friction none leaves it out";
+    RunClock::find(table.file(), &table.column_names(), why).map(Some)
 }
 
 fn check_is_csv(path: &Path) -> Result<(), CliError> {

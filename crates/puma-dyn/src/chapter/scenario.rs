@@ -19,12 +19,14 @@ use crate::chapter::path::{FigureOfEight, Tool};
 use crate::chapter::puma560;
 use crate::chapter::scenario_file::{LoadSection, PathSection, ScenarioFile};
 use crate::chapter::trajectory::{N_JOINTS, N_STATE, Trajectory};
+use crate::dynamics::hysteresis::Hysteresis;
 use crate::dynamics::payload::{Context, Payload};
-use crate::dynamics::rnea::rnea;
+use crate::dynamics::rnea::rnea_with_hysteresis;
 use crate::dynamics::workspace::Workspace;
 use crate::error::DynError;
 use crate::robot::friction_law::Effects;
 use crate::robot::model::Model;
+use crate::robot::sidecar::Sidecar;
 
 /// Mechanical ranges of the joints, deg: `qlim` of `mdl_puma560.m`, Robotics Toolbox for MATLAB.
 const RANGES_DEG: [(f64, f64); N_JOINTS] = [
@@ -147,6 +149,28 @@ impl Scenario {
         })
     }
 
+    /// The same scenario with the drives and the friction that a sidecar states of the arm's joints.
+    ///
+    /// The sidecar's friction convention, if it states one, takes the place of the scenario's.
+    ///
+    /// # Errors
+    /// `DynError::Sidecar` for a joint that the arm does not have, [`DynError::Scenario`] for one that is to be
+    /// locked, and what [`Model::new`] refuses.
+    pub fn with_sidecar(mut self, sidecar: &Sidecar) -> Result<Self, DynError> {
+        let mut arm = puma560::description();
+        sidecar.apply(&mut arm)?;
+        if let Some(joint) = arm.joints.iter().find(|joint| sidecar.locks(&joint.name)) {
+            let reason = format!(
+                "the sidecar locks joint `{}`, which its paths move",
+                joint.name
+            );
+            return Err(DynError::Scenario { reason });
+        }
+        self.model = Model::new(&arm)?.with_gravity(self.model.gravity());
+        self.effects.friction = sidecar.friction().unwrap_or(self.effects.friction);
+        Ok(self)
+    }
+
     /// The unloaded arm under the scenario's gravity.
     pub fn model(&self) -> &Model {
         &self.model
@@ -253,7 +277,7 @@ impl Scenario {
         Ok(trajectories)
     }
 
-    /// Torques along a trajectory under a load, without noise.
+    /// Torques along a trajectory under a load, without noise; the memory of friction begins at zero.
     ///
     /// # Shapes
     /// (n_samples, 6) row-major, N·m.
@@ -263,14 +287,19 @@ impl Scenario {
     pub fn torques(&self, trajectory: &Trajectory, load_idx: usize) -> Vec<f64> {
         let mut torques = vec![0.0; trajectory.n_samples() * N_JOINTS];
         let mut workspace = Workspace::new(&self.model);
+        let mut hysteresis = Hysteresis::new(&self.model);
         let context = &self.loads[load_idx].context;
         for (sample_idx, tau) in torques.chunks_exact_mut(N_JOINTS).enumerate() {
             let (q, qd, qdd) = trajectory.state(sample_idx);
-            rnea(
+            if let Some(before) = sample_idx.checked_sub(1) {
+                hysteresis.advance(qd, trajectory.time[sample_idx] - trajectory.time[before]);
+            }
+            rnea_with_hysteresis(
                 &self.model,
                 &mut workspace,
                 self.effects,
                 context,
+                &hysteresis,
                 q,
                 qd,
                 qdd,

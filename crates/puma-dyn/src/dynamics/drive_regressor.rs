@@ -5,7 +5,8 @@
 //! Y_d = [q̈_j, q̇_j, [q̇_j > 0], [q̇_j < 0]]
 //! ```
 //! Beside the regressor of the bodies it makes the torques of [`crate::rnea`] under any
-//! [`crate::Effects`] linear.
+//! [`crate::Effects`] linear, as long as the robot has no friction beyond viscous and Coulomb, which has terms of
+//! its own ([`crate::robot::FrictionTerm`]).
 //!
 //! # Source
 //! Sec. 2.1 for the friction; Khalil & Dombre 2002, *Modeling, Identification and Control of Robots*,

@@ -1,15 +1,18 @@
 //! Friction torques of all joints at once.
 
 use crate::dynamics::check::check_len;
+use crate::dynamics::hysteresis::Memory;
 use crate::robot::friction_law::{Friction, JointFriction};
 use crate::robot::model::Model;
+use crate::robot::smooth_friction::SmoothTorque;
 
 /// Coulomb torques of every joint: what changes by a jump when the joint turns back.
 ///
 /// ```text
 /// modern  |G| Tc + c sgn(q̇)      toolbox-2008  G Tc + c sgn(q̇)
 /// ```
-/// Taken away from the joint torques, they leave a function of (q, q̇, q̈) without jumps.
+/// Taken away from the joint torques, they leave a function of (q, q̇, q̈) without jumps, if friction has no
+/// memory; smooth friction is not among them.
 ///
 /// # Shapes
 /// `qd` and `tau` (n_joints,), rad/s and N·m; m/s and N for sliding joints.
@@ -32,16 +35,56 @@ pub fn coulomb_torques(model: &Model, friction: Friction, qd: &[f64], tau: &mut 
     }
 }
 
-/// Adds the friction torques of every joint to `tau`.
-///
-/// # Panics
-/// In debug builds, if the slices differ in length.
+/// Adds the friction torques of every joint to `tau`, which holds those of the rigid bodies.
+#[inline]
 pub(crate) fn add_friction(
-    joints: &[JointFriction],
+    model: &Model,
     friction: Friction,
+    memory: Memory<'_>,
     qd: &[f64],
     tau: &mut [f64],
 ) {
+    if friction != Friction::None && model.has_smooth_friction() {
+        for (joint_idx, tau) in tau.iter_mut().enumerate() {
+            *tau += joint_friction(model, friction, memory, joint_idx, qd[joint_idx], *tau);
+        }
+    } else {
+        add_laws(model.joint_friction(), friction, qd, tau);
+    }
+}
+
+/// Friction torque of a joint at a speed and a rigid-body torque.
+pub(crate) fn joint_friction(
+    model: &Model,
+    friction: Friction,
+    memory: Memory<'_>,
+    joint_idx: usize,
+    qd: f64,
+    rigid: f64,
+) -> f64 {
+    let law = model.joint_friction()[joint_idx].law(friction).torque(qd);
+    law + smooth_torque(model, friction, memory, joint_idx, qd).under(rigid)
+}
+
+/// Smooth friction of a joint at a speed.
+#[inline]
+pub(crate) fn smooth_torque(
+    model: &Model,
+    friction: Friction,
+    memory: Memory<'_>,
+    joint_idx: usize,
+    qd: f64,
+) -> SmoothTorque {
+    match friction {
+        Friction::None => SmoothTorque::NONE,
+        Friction::Modern | Friction::Toolbox2008 => {
+            let law = &model.smooth_friction()[joint_idx];
+            law.at(qd, |spring_idx| memory.z(spring_idx, qd))
+        }
+    }
+}
+
+fn add_laws(joints: &[JointFriction], friction: Friction, qd: &[f64], tau: &mut [f64]) {
     let rows = tau.iter_mut().zip(qd).zip(joints);
     match friction {
         Friction::None => {}

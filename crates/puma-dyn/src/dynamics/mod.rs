@@ -8,6 +8,7 @@ pub(crate) mod drive_regressor;
 pub(crate) mod energy;
 pub(crate) mod forward_kin;
 pub(crate) mod friction;
+pub(crate) mod hysteresis;
 pub(crate) mod jacobian;
 pub(crate) mod kinematics;
 pub(crate) mod parameter_spread;
@@ -26,10 +27,13 @@ pub use drive_regressor::{
 pub use energy::{kinetic_energy, potential_energy};
 pub use forward_kin::forward_kinematics;
 pub use friction::coulomb_torques;
+pub use hysteresis::Hysteresis;
 pub use jacobian::{FrameMotion, bias_acceleration, jacobian};
 pub use parameter_spread::ParameterSpread;
 pub use payload::{AttachedPayload, Context, Payload};
 pub use regressor::{N_PARAMETERS, inertial_parameters, regressor};
-pub use rnea::rnea;
-pub use terms::{TorqueTerms, coriolis_torques, gravity_torques, torque_terms};
+pub use rnea::{rnea, rnea_with_hysteresis};
+pub use terms::{
+    TorqueTerms, coriolis_torques, gravity_torques, torque_terms, torque_terms_with_hysteresis,
+};
 pub use workspace::Workspace;

@@ -18,6 +18,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::dynamics::check::check_len;
 use crate::dynamics::friction::add_friction;
+use crate::dynamics::hysteresis::{Hysteresis, Memory};
 use crate::dynamics::kinematics::{BodyState, JointStates, propagate};
 use crate::dynamics::payload::{AttachedPayload, Context};
 use crate::dynamics::workspace::Workspace;
@@ -31,6 +32,7 @@ use crate::spatial::inertia::BodyInertia;
 /// τ = M(q) q̈ + c(q, q̇) + g(q)  [+ friction(q̇)]  [+ G² Jm q̈]
 /// ```
 /// What stands in brackets is switched by `effects`; `context` is what the arm carries.
+/// Friction with memory is that of a motion which has lasted, z = sgn q̇; [`rnea_with_hysteresis`] has it as it is.
 ///
 /// # Shapes
 /// `q`, `qd`, `qdd` and `tau` (n_joints,): rad, rad/s, rad/s², N·m; m and N for sliding joints.
@@ -54,25 +56,71 @@ pub fn rnea(
     qdd: &[f64],
     tau: &mut [f64],
 ) {
+    let states = JointStates { q, qd, qdd };
+    remembering(
+        model,
+        workspace,
+        effects,
+        context,
+        Memory::Lasting,
+        states,
+        tau,
+    );
+}
+
+/// As [`rnea`], with the hysteresis states that friction is in.
+///
+/// They are those at the state: whoever follows a motion calls [`Hysteresis::advance`] first.
+///
+/// # Panics
+/// As [`rnea`], and if the hysteresis belongs to another model.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the state and the result are the field's q, qd, qdd, tau"
+)]
+pub fn rnea_with_hysteresis(
+    model: &Model,
+    workspace: &mut Workspace,
+    effects: Effects,
+    context: &Context,
+    hysteresis: &Hysteresis,
+    q: &[f64],
+    qd: &[f64],
+    qdd: &[f64],
+    tau: &mut [f64],
+) {
+    hysteresis.check(model);
+    let memory = Memory::States(hysteresis.states());
+    let states = JointStates { q, qd, qdd };
+    remembering(model, workspace, effects, context, memory, states, tau);
+}
+
+/// The algorithm, with hysteresis states from anywhere.
+#[inline]
+fn remembering(
+    model: &Model,
+    workspace: &mut Workspace,
+    effects: Effects,
+    context: &Context,
+    memory: Memory<'_>,
+    joints: JointStates<'_>,
+    tau: &mut [f64],
+) {
     let n_joints = model.n_joints();
     workspace.check(model);
+    let JointStates { q, qd, qdd } = joints;
     for (what, slice) in [("q", q), ("qd", qd), ("qdd", qdd)] {
         check_len(what, slice, n_joints);
     }
     check_len("tau", tau, n_joints);
 
     let states = &mut workspace.bodies[..];
-    propagate(
-        model,
-        states,
-        &-model.gravity_vector(),
-        JointStates { q, qd, qdd },
-    );
+    propagate(model, states, &-model.gravity_vector(), joints);
     body_forces(model, states);
     add_load_forces(context.loads(), states);
     gather(model, states, tau);
 
-    add_friction(model.joint_friction(), effects.friction, qd, tau);
+    add_friction(model, effects.friction, memory, qd, tau);
     if effects.rotor_inertia {
         add_rotor_torques(model, qdd, tau);
     }

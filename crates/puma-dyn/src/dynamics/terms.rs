@@ -10,7 +10,8 @@
 use nalgebra::Vector3;
 
 use crate::dynamics::check::check_len;
-use crate::dynamics::friction::add_friction;
+use crate::dynamics::friction::joint_friction;
+use crate::dynamics::hysteresis::{Hysteresis, Memory};
 use crate::dynamics::kinematics::{JointStates, propagate};
 use crate::dynamics::payload::Context;
 use crate::dynamics::rnea::{add_load_forces, add_rotor_torques, body_forces, gather};
@@ -125,6 +126,14 @@ impl TorqueTerms {
         ]
     }
 
+    /// Rigid-body torque of one joint, of links and payload.
+    fn rigid(&self, joint_idx: usize) -> f64 {
+        [&self.inertia, &self.coriolis, &self.gravity, &self.payload]
+            .iter()
+            .map(|term| term[joint_idx])
+            .sum()
+    }
+
     /// Sum of the terms of one joint: [`rnea`](crate::rnea) to rounding.
     ///
     /// # Panics
@@ -141,6 +150,7 @@ impl TorqueTerms {
 /// τ = inertia + coriolis + gravity + payload + friction + rotor
 /// ```
 /// Arguments as for `rnea`; allocates nothing.
+/// Friction with memory is that of a motion which has lasted, as there.
 ///
 /// # Shapes
 /// `q`, `qd` and `qdd` (n_joints,); `terms` made by [`TorqueTerms::new`] for this model.
@@ -159,6 +169,53 @@ pub fn torque_terms(
     q: &[f64],
     qd: &[f64],
     qdd: &[f64],
+    terms: &mut TorqueTerms,
+) {
+    let states = JointStates { q, qd, qdd };
+    remembering(
+        model,
+        workspace,
+        effects,
+        context,
+        Memory::Lasting,
+        states,
+        terms,
+    );
+}
+
+/// As [`torque_terms`], with the hysteresis states that friction is in.
+///
+/// # Panics
+/// As [`torque_terms`], and if the hysteresis belongs to another model.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the state is the field's q, qd, qdd"
+)]
+pub fn torque_terms_with_hysteresis(
+    model: &Model,
+    workspace: &mut Workspace,
+    effects: Effects,
+    context: &Context,
+    hysteresis: &Hysteresis,
+    q: &[f64],
+    qd: &[f64],
+    qdd: &[f64],
+    terms: &mut TorqueTerms,
+) {
+    hysteresis.check(model);
+    let memory = Memory::States(hysteresis.states());
+    let states = JointStates { q, qd, qdd };
+    remembering(model, workspace, effects, context, memory, states, terms);
+}
+
+/// The split, with hysteresis states from anywhere.
+fn remembering(
+    model: &Model,
+    workspace: &mut Workspace,
+    effects: Effects,
+    context: &Context,
+    memory: Memory<'_>,
+    JointStates { q, qd, qdd }: JointStates<'_>,
     terms: &mut TorqueTerms,
 ) {
     for (what, slice) in [
@@ -193,13 +250,11 @@ pub fn torque_terms(
         &mut terms.payload,
     );
 
-    terms.friction.fill(0.0);
-    add_friction(
-        model.joint_friction(),
-        effects.friction,
-        qd,
-        &mut terms.friction,
-    );
+    for (joint_idx, &qd) in qd.iter().enumerate() {
+        let rigid = terms.rigid(joint_idx);
+        terms.friction[joint_idx] =
+            joint_friction(model, effects.friction, memory, joint_idx, qd, rigid);
+    }
     terms.rotor.fill(0.0);
     if effects.rotor_inertia {
         add_rotor_torques(model, qdd, &mut terms.rotor);

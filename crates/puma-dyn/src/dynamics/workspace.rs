@@ -22,6 +22,8 @@ pub struct Workspace {
     pub(crate) articulated: Vec<Articulated>,
     /// One per joint: momentum M q̇.
     pub(crate) momentum: Vec<f64>,
+    /// One per joint: sign of its load, where friction grows with it.
+    pub(crate) load_signs: Vec<f64>,
     /// Of each body, body after body, at unit speed of the joint of each.
     pub(crate) unit_motions: Vec<UnitMotion>,
 }
@@ -37,6 +39,7 @@ impl Workspace {
             composite: vec![BodyInertia::zero(); n_bodies],
             articulated: vec![Articulated::rigid(&BodyInertia::zero()); n_bodies],
             momentum: vec![0.0; n_bodies],
+            load_signs: vec![0.0; n_bodies],
             unit_motions: vec![UnitMotion::zero(); n_bodies * n_bodies],
         }
     }

@@ -8,6 +8,10 @@
 //! may start late by a part of a step: its speed is then off by the square of the step at most.
 //! The kink of a wall's force at its surface costs the same.
 //!
+//! Smooth friction is an ordinary torque.
+//! A step in which it would change by much falls into pieces; a joint whose friction remembers turns back at an
+//! event, even without Coulomb friction, so that its hysteresis state is known exactly from its travel.
+//!
 //! # Source
 //! Acary & Brogliato 2008, *Numerical Methods for Nonsmooth Dynamical Systems*, ch. 8; Hairer, Nørsett
 //! & Wanner 1993, *Solving Ordinary Differential Equations I*, sec. II.1 for the step and sec. II.6 for
@@ -17,7 +21,7 @@ use crate::dynamics::check::check_len;
 use crate::dynamics::payload::Context;
 use crate::error::DynError;
 use crate::motion::compliant_wall::CompliantWall;
-use crate::motion::slip_dynamics::{Loaded, SlipDynamics};
+use crate::motion::slip_dynamics::{Loaded, SlipDynamics, Stop};
 use crate::motion::stick_slip::SlipMode;
 use crate::robot::friction_law::Effects;
 use crate::robot::model::Model;
@@ -34,7 +38,7 @@ const NO_PROGRESS: f64 = 1e-9;
 pub struct Work {
     /// By the motors on the arm: ∫ τᵀq̇ dt.
     pub motors: f64,
-    /// Taken by friction, viscous and Coulomb: ∫ τ_fᵀq̇ dt.
+    /// Taken by friction of every kind: ∫ τ_fᵀq̇ dt.
     pub friction: f64,
     /// By the wall on the arm: ∫ τ_eᵀq̇ dt.
     pub wall: f64,
@@ -43,7 +47,7 @@ pub struct Work {
 /// An arm in motion.
 ///
 /// ```text
-/// M q̈ = τ + τ_e − c(q, q̇) − g(q) − B q̇ − f          f Coulomb friction, set-valued at rest
+/// M q̈ = τ + τ_e − c(q, q̇) − g(q) − B q̇ − f − τ_s          f Coulomb friction, set-valued at rest; τ_s smooth
 /// ```
 /// ```
 /// use puma_dyn::motion::ArmSimulator;
@@ -80,13 +84,6 @@ struct Scratch {
     columns: Vec<f64>,
 }
 
-/// Why a step cannot be taken; turned into an error with the time and the joint's name.
-enum Stop {
-    Singular(usize),
-    Unsettled,
-    Diverged(usize),
-}
-
 impl<'a> ArmSimulator<'a> {
     /// An arm in a state at time zero.
     ///
@@ -115,7 +112,7 @@ impl<'a> ArmSimulator<'a> {
         state[n..2 * n].copy_from_slice(qd);
         let memory = || vec![0.0; n_state];
         Ok(Self {
-            dynamics: SlipDynamics::new(model, effects, context)?,
+            dynamics: SlipDynamics::new(model, effects, context, q)?,
             wall: None,
             time: 0.0,
             state,
@@ -223,8 +220,25 @@ impl<'a> ArmSimulator<'a> {
         self.modes.len()
     }
 
-    /// One step, cut into pieces where joints stop.
+    /// One step, in as many equal pieces as friction asks for.
     fn step(&mut self, tau: &[f64], step: f64) -> Result<(), Stop> {
+        let Self {
+            dynamics,
+            wall,
+            state,
+            scratch,
+            ..
+        } = self;
+        let at = loaded(dynamics.model, wall.as_ref(), state, tau, scratch);
+        let n_pieces = dynamics.n_pieces(at, step)?;
+        for _ in 0..n_pieces {
+            self.piece(tau, step / n_pieces as f64)?;
+        }
+        Ok(())
+    }
+
+    /// A piece of a step, cut where joints stop.
+    fn piece(&mut self, tau: &[f64], step: f64) -> Result<(), Stop> {
         self.held.fill(false);
         let mut left = step;
         for _ in 0..MOST_EVENTS {
@@ -257,9 +271,7 @@ impl<'a> ArmSimulator<'a> {
             ..
         } = self;
         let at = loaded(dynamics.model, wall.as_ref(), state, tau, scratch);
-        dynamics
-            .choose_modes(at, held, modes)
-            .map_err(|joint| joint.map_or(Stop::Unsettled, Stop::Singular))
+        dynamics.choose_modes(at, held, modes)
     }
 
     /// A Runge–Kutta step of length `h` from the state into the trial, in the present modes.
@@ -305,7 +317,7 @@ impl<'a> ArmSimulator<'a> {
         slope[..n].copy_from_slice(at.qd);
         scratch.stage = stage;
         scratch.slopes[number] = slope;
-        scratch.slopes[number][2 * n + 1] = friction.map_err(Stop::Singular)?;
+        scratch.slopes[number][2 * n + 1] = friction?;
         Ok(())
     }
 
@@ -372,6 +384,8 @@ impl<'a> ArmSimulator<'a> {
 
     fn accept(&mut self) {
         self.state.copy_from_slice(&self.scratch.trial);
+        let n = self.n_joints();
+        self.dynamics.memory.begin(&self.state[..n], &self.modes);
     }
 
     /// The joints that have reached zero speed are at rest.
@@ -393,6 +407,13 @@ impl<'a> ArmSimulator<'a> {
             Stop::Diverged(joint) => format!(
                 "the motion of joint `{}` grows beyond all bounds",
                 name(joint)
+            ),
+            Stop::SelfLocking(joint, share) => format!(
+                "friction of the load is {share} times the load at joint `{}`, which locks itself",
+                name(joint)
+            ),
+            Stop::Stiff(n) => format!(
+                "friction changes so fast that a step would fall into {n} pieces; take shorter steps"
             ),
             Stop::Unsettled => "no state of rest and motion of the joints fits friction".to_owned(),
         };

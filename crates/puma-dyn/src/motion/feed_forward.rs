@@ -1,8 +1,9 @@
 //! Torques that a controller applies before there is any error: from nothing, gravity, a model, or
 //! whatever was learned.
 
+use crate::dynamics::hysteresis::Hysteresis;
 use crate::dynamics::payload::Context;
-use crate::dynamics::rnea::rnea;
+use crate::dynamics::rnea::rnea_with_hysteresis;
 use crate::dynamics::terms::gravity_torques;
 use crate::dynamics::workspace::Workspace;
 use crate::motion::reference_motion::JointState;
@@ -70,12 +71,17 @@ impl FeedForward for GravityFeedForward<'_> {
 }
 
 /// The torques of a dynamics model, friction included where `effects` says so.
+///
+/// Friction with memory follows the desired motion from one call to the next; before the first, it has no past.
 #[derive(Debug, Clone)]
 pub struct ModelFeedForward<'a> {
     model: &'a Model,
     effects: Effects,
     context: Context,
     workspace: Workspace,
+    hysteresis: Hysteresis,
+    last_q: Vec<f64>,
+    has_begun: bool,
 }
 
 impl<'a> ModelFeedForward<'a> {
@@ -83,6 +89,9 @@ impl<'a> ModelFeedForward<'a> {
     pub fn new(model: &'a Model, effects: Effects, context: Context) -> Self {
         Self {
             workspace: Workspace::new(model),
+            hysteresis: Hysteresis::new(model),
+            last_q: vec![0.0; model.n_joints()],
+            has_begun: false,
             model,
             effects,
             context,
@@ -93,12 +102,18 @@ impl<'a> ModelFeedForward<'a> {
 impl FeedForward for ModelFeedForward<'_> {
     fn torques(&mut self, desired: &JointState, tau: &mut [f64]) {
         let JointState { q, qd, qdd } = desired;
+        if self.has_begun {
+            self.hysteresis.travel(&self.last_q, q);
+        }
+        self.last_q.copy_from_slice(q);
+        self.has_begun = true;
         let workspace = &mut self.workspace;
-        rnea(
+        rnea_with_hysteresis(
             self.model,
             workspace,
             self.effects,
             &self.context,
+            &self.hysteresis,
             q,
             qd,
             qdd,

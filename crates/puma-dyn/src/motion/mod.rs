@@ -9,6 +9,8 @@ pub(crate) mod reference_motion;
 pub(crate) mod slip_dynamics;
 pub(crate) mod stick_slip;
 pub(crate) mod tick;
+pub(crate) mod torque_noise;
+pub(crate) mod travel_memory;
 
 pub use arm_simulator::{ArmSimulator, Work};
 pub use closed_loop::ClosedLoop;
@@ -18,3 +20,4 @@ pub use feed_forward::{FeedForward, GravityFeedForward, ModelFeedForward, NoFeed
 pub use reference_motion::{JointState, ReferenceMotion};
 pub use stick_slip::SlipMode;
 pub use tick::{Rate, Tick};
+pub use torque_noise::TorqueNoise;

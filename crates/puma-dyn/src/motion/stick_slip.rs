@@ -30,7 +30,7 @@ const SETTLED: f64 = 1e-13;
 /// What Coulomb friction does to a joint, until the next event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SlipMode {
-    /// The joint has no Coulomb friction.
+    /// The joint has neither Coulomb friction nor friction with memory.
     Frictionless,
     /// It is at rest and stays there.
     Sticking,
@@ -42,9 +42,11 @@ pub enum SlipMode {
 
 impl SlipMode {
     /// The mode of a joint that moves; `None` at rest, where the other joints have a say.
-    pub(crate) fn of_moving(law: &Law, qd: f64) -> Option<Self> {
+    ///
+    /// Friction that remembers, as `has_memory` says, asks for the direction even without Coulomb friction.
+    pub(crate) fn of_moving(law: &Law, has_memory: bool, qd: f64) -> Option<Self> {
         let (negative, positive) = law.at_rest();
-        if positive <= 0.0 && negative >= 0.0 {
+        if positive <= 0.0 && negative >= 0.0 && !has_memory {
             Some(Self::Frictionless)
         } else if qd > 0.0 {
             Some(Self::Positive)
@@ -81,14 +83,14 @@ impl SlipMode {
 ///
 /// # Shapes
 /// `inertia_matrix` (n, n) row after row; `drive` r (n,), with the Coulomb torques of moving joints
-/// already taken off; `laws`, `modes` and the scratch `qdd` (n,).
+/// already taken off; `bounds` (n,) what friction can be at rest; `modes` and the scratch `qdd` (n,).
 ///
 /// # Returns
 /// Whether the search settled.
 pub(crate) fn settle(
     inertia_matrix: &[f64],
     drive: &[f64],
-    laws: &[Law],
+    bounds: &[(f64, f64)],
     modes: &mut [Option<SlipMode>],
     qdd: &mut [f64],
 ) -> bool {
@@ -103,7 +105,7 @@ pub(crate) fn settle(
             let others: f64 = row.iter().zip(&*qdd).map(|(m, a)| m * a).sum();
             let own = row[i];
             let torque = drive[i] - (others - own * qdd[i]);
-            let left = torque - friction_at_rest(&laws[i], modes[i], torque);
+            let left = torque - friction_at_rest(bounds[i], modes[i], torque);
             largest_change = largest_change.max((left - own * qdd[i]).abs());
             qdd[i] = left / own;
         }
@@ -125,12 +127,9 @@ pub(crate) fn settle(
 }
 
 /// The projection: friction of a joint at rest under a torque; a moving joint's is in the drive.
-fn friction_at_rest(law: &Law, mode: Option<SlipMode>, torque: f64) -> f64 {
+fn friction_at_rest(bounds: (f64, f64), mode: Option<SlipMode>, torque: f64) -> f64 {
     match mode {
-        None => {
-            let (negative, positive) = law.at_rest();
-            torque.clamp(negative, positive)
-        }
+        None => torque.clamp(bounds.0, bounds.1),
         Some(_) => 0.0,
     }
 }
@@ -138,19 +137,8 @@ fn friction_at_rest(law: &Law, mode: Option<SlipMode>, torque: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::description::Drive;
-    use crate::robot::friction_law::JointFriction;
 
-    fn law(negative: f64, positive: f64) -> Law {
-        let drive = Drive {
-            coulomb_motor_positive: positive,
-            coulomb_motor_negative: negative,
-            ..Drive::NONE
-        };
-        JointFriction::new(&drive).modern
-    }
-
-    fn settled(matrix: &[f64], drive: &[f64], laws: &[Law]) -> Vec<Option<SlipMode>> {
+    fn settled(matrix: &[f64], drive: &[f64], laws: &[(f64, f64)]) -> Vec<Option<SlipMode>> {
         let mut modes = vec![None; drive.len()];
         let mut qdd = vec![0.0; drive.len()];
         assert!(settle(matrix, drive, laws, &mut modes, &mut qdd));
@@ -159,7 +147,7 @@ mod tests {
 
     #[test]
     fn one_joint_worked_by_hand() {
-        let laws = [law(-2.0, 3.0)];
+        let laws = [(-2.0, 3.0)];
         for (torque, expected) in [
             (2.9, SlipMode::Sticking),
             (3.1, SlipMode::Positive),
@@ -174,11 +162,11 @@ mod tests {
     fn a_joint_that_lets_go_can_take_another_along() {
         // M = (2 1; 1 1), r = (10, 0.5), friction ±1 at joint 2 and none to speak of at joint 1.
         // Joint 1 alone: q̈1 = 5. It pulls joint 2 by −5, more than friction holds: joint 2 goes back.
-        let laws = [law(-0.1, 0.1), law(-1.0, 1.0)];
+        let laws = [(-0.1, 0.1), (-1.0, 1.0)];
         let modes = settled(&[2.0, 1.0, 1.0, 1.0], &[10.0, 0.5], &laws);
         assert_eq!(modes, [Some(SlipMode::Positive), Some(SlipMode::Negative)]);
         // With a friction of ±6 it holds.
-        let laws = [law(-0.1, 0.1), law(-6.0, 6.0)];
+        let laws = [(-0.1, 0.1), (-6.0, 6.0)];
         let modes = settled(&[2.0, 1.0, 1.0, 1.0], &[10.0, 0.5], &laws);
         assert_eq!(modes, [Some(SlipMode::Positive), Some(SlipMode::Sticking)]);
     }
@@ -197,8 +185,8 @@ mod tests {
             let matrix: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
             let drive: Vec<f64> = (0..n).map(|i| 3.0 * number(case * 7 + i)).collect();
             let bound = |k: usize| 1.0 + number(case * 13 + k);
-            let laws: Vec<Law> = (0..n)
-                .map(|i| law(-bound(i) - 0.01, bound(i + 50) + 0.01))
+            let laws: Vec<(f64, f64)> = (0..n)
+                .map(|i| (-bound(i) - 0.01, bound(i + 50) + 0.01))
                 .collect();
             let (mut modes, mut qdd) = (vec![None; n], vec![0.0; n]);
             assert!(
@@ -208,7 +196,7 @@ mod tests {
             for i in 0..n {
                 let inertial: f64 = (0..n).map(|j| matrix[i * n + j] * qdd[j]).sum();
                 let friction = drive[i] - inertial;
-                let (negative, positive) = laws[i].at_rest();
+                let (negative, positive) = laws[i];
                 // SETTLED relative to a drive of at most 3, through a condition of a thousand.
                 let near = |torque: f64| (friction - torque).abs() < 1e-9;
                 let obeys = match modes[i] {

@@ -3,6 +3,7 @@
 //! Nothing here is checked; [`Model::new`](crate::Model::new) validates a description and refuses
 //! what it cannot simulate, by name.
 
+use crate::robot::smooth_friction::SmoothFriction;
 use crate::spatial::pose::Pose;
 
 /// Standard gravity of the parameter tables this crate reproduces, m/s².
@@ -97,6 +98,8 @@ pub struct JointDescription {
     pub limits: Option<Limits>,
     /// Motor, gear and friction.
     pub drive: Drive,
+    /// Friction beyond viscous and Coulomb.
+    pub smooth_friction: SmoothFriction,
 }
 
 impl JointDescription {
@@ -112,6 +115,7 @@ impl JointDescription {
             axis: [0.0, 0.0, 1.0],
             limits: None,
             drive: Drive::NONE,
+            smooth_friction: SmoothFriction::NONE,
         }
     }
 }

@@ -7,6 +7,7 @@ pub(crate) mod friction_law;
 pub(crate) mod friction_term;
 pub(crate) mod model;
 pub(crate) mod sidecar;
+pub(crate) mod smooth_friction;
 pub(crate) mod text_file;
 pub(crate) mod urdf;
 pub(crate) mod validate;
@@ -20,6 +21,9 @@ pub use description::{
 pub use friction_law::{Effects, Friction};
 pub use friction_term::{DriveState, FrictionTerm, next_hysteresis};
 pub use model::Model;
-pub use sidecar::Sidecar;
-pub use urdf::{Loaded, load_urdf, parse_urdf};
+pub use sidecar::{JointKeys, Sidecar};
+pub use smooth_friction::{
+    HysteresisFriction, LoadHysteresisFriction, SmoothFriction, TanhFriction,
+};
+pub use urdf::{JointDynamics, Loaded, load_urdf, parse_urdf, write_urdf};
 pub use warning::{PhysicalWarning, Warning};

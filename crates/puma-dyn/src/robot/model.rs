@@ -13,6 +13,7 @@ use crate::error::DynError;
 use crate::robot::body::{Body, Frame, Joint, Motion};
 use crate::robot::description::{Inertial, JointDescription, JointKind, Limits, RobotDescription};
 use crate::robot::friction_law::JointFriction;
+use crate::robot::smooth_friction::{SmoothLaw, Spring};
 use crate::robot::validate;
 use crate::robot::warning::PhysicalWarning;
 use crate::spatial::inertia::BodyInertia;
@@ -32,6 +33,9 @@ pub struct Model {
     frames: Vec<Frame>,
     rotor_inertias: Vec<f64>,
     friction: Vec<JointFriction>,
+    smooth_friction: Vec<SmoothLaw>,
+    has_smooth_friction: bool,
+    springs: Vec<Spring>,
     warnings: Vec<PhysicalWarning>,
 }
 
@@ -42,7 +46,7 @@ impl Model {
     /// A [`DynError`] that names the link or joint: duplicate names, unknown or doubly used links, no
     /// root or several, loops, a zero axis, an origin that is not a rotation, non-finite numbers,
     /// negative mass, friction or rotor inertia, a positive `coulomb_motor_negative`, a gear ratio
-    /// of zero with a rotor, an asymmetric inertia tensor, and a moving joint beyond which nothing
+    /// of zero with a rotor, a width or length of smooth friction that is not positive, an asymmetric inertia tensor, and a moving joint beyond which nothing
     /// has mass or inertia. Inertias that no rigid body can have are accepted with a warning, see
     /// [`Model::physical_warnings`].
     pub fn new(description: &RobotDescription) -> Result<Self, DynError> {
@@ -52,6 +56,12 @@ impl Model {
             .iter()
             .filter(|joint| joint.kind != JointKind::Fixed)
             .collect();
+
+        let mut springs = Vec::new();
+        let laws = moving.iter().enumerate();
+        let laws =
+            laws.map(|(idx, joint)| SmoothLaw::new(idx, &joint.smooth_friction, &mut springs));
+        let smooth_friction: Vec<SmoothLaw> = laws.collect();
 
         let mut model = Self {
             name: description.name.clone(),
@@ -74,6 +84,9 @@ impl Model {
                 .iter()
                 .map(|joint| JointFriction::new(&joint.drive))
                 .collect(),
+            has_smooth_friction: !smooth_friction.iter().all(SmoothLaw::is_none),
+            smooth_friction,
+            springs,
             warnings: validate::physical_warnings(description),
         };
         model.place_links(description)?;
@@ -139,6 +152,16 @@ impl Model {
         self.gravity.into()
     }
 
+    /// Whether a joint has friction beyond viscous and Coulomb.
+    pub fn has_smooth_friction(&self) -> bool {
+        self.has_smooth_friction
+    }
+
+    /// Whether the friction of a joint has memory, so that a state alone does not say its torque.
+    pub fn has_hysteresis(&self) -> bool {
+        !self.springs.is_empty()
+    }
+
     /// Links whose inertia no rigid body can have. Their torques are still computed as stated.
     pub fn physical_warnings(&self) -> &[PhysicalWarning] {
         &self.warnings
@@ -176,6 +199,16 @@ impl Model {
     /// Friction of each joint, in joint order.
     pub(crate) fn joint_friction(&self) -> &[JointFriction] {
         &self.friction
+    }
+
+    /// Smooth friction of each joint, in joint order.
+    pub(crate) fn smooth_friction(&self) -> &[SmoothLaw] {
+        &self.smooth_friction
+    }
+
+    /// The hysteresis states that smooth friction has, a joint's side by side.
+    pub(crate) fn springs(&self) -> &[Spring] {
+        &self.springs
     }
 
     /// Walks the tree from the root, making a frame of every link and a body of every moving joint.

@@ -9,6 +9,7 @@ use crate::robot::body::Frame;
 use crate::robot::description::{
     Drive, Inertial, JointDescription, JointKind, LinkDescription, RobotDescription,
 };
+use crate::robot::smooth_friction::SmoothFriction;
 use crate::robot::warning::PhysicalWarning;
 use crate::spatial::inertia::trace_complement;
 use crate::spatial::pose::Pose;
@@ -30,6 +31,7 @@ pub(crate) fn description(robot: &RobotDescription) -> Result<(), DynError> {
         ends(robot, joint)?;
         geometry(joint)?;
         drive(&joint.name, &joint.drive)?;
+        smooth_friction(&joint.name, &joint.smooth_friction)?;
     }
     one_parent_each(robot)
 }
@@ -155,6 +157,26 @@ pub(crate) fn finite_not_negative(
         quantity,
         value,
         requirement,
+    })
+}
+
+/// An error if the number is NaN, infinite, zero or negative.
+pub(crate) fn finite_positive(
+    what: &'static str,
+    name: &str,
+    quantity: &'static str,
+    value: f64,
+) -> Result<(), DynError> {
+    finite(what, name, quantity, &[value])?;
+    if value > 0.0 {
+        return Ok(());
+    }
+    Err(DynError::OutOfRange {
+        what,
+        name: name.to_owned(),
+        quantity,
+        value,
+        requirement: "above zero",
     })
 }
 
@@ -284,6 +306,26 @@ fn drive(joint: &str, drive: &Drive) -> Result<(), DynError> {
             joint,
             rotor_inertia,
         });
+    }
+    Ok(())
+}
+
+fn smooth_friction(joint: &str, friction: &SmoothFriction) -> Result<(), DynError> {
+    let is_finite = |quantity, value: f64| finite("joint", joint, quantity, &[value]);
+    let is_positive = |quantity, value: f64| finite_positive("joint", joint, quantity, value);
+    is_finite("torque offset", friction.offset)?;
+    is_finite("viscous friction of the load", friction.load_viscous)?;
+    for tanh in &friction.tanh {
+        is_positive("width of tanh friction", tanh.width)?;
+        is_finite("torque of tanh friction", tanh.torque)?;
+    }
+    for hysteresis in &friction.hysteresis {
+        is_positive("length of hysteresis", hysteresis.length)?;
+        is_finite("torque of hysteresis", hysteresis.torque)?;
+    }
+    for of_load in &friction.load_hysteresis {
+        is_positive("length of the load's hysteresis", of_load.length)?;
+        is_finite("coefficient of the load's hysteresis", of_load.coefficient)?;
     }
     Ok(())
 }

@@ -3,7 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::ArgGroup;
-use puma_dyn::Scenario;
+use puma_dyn::chapter::Trajectory;
+use puma_dyn::motion::TorqueNoise;
+use puma_dyn::puma560::N_JOINTS;
+use puma_dyn::{Scenario, Sidecar};
 
 use crate::commands::simulate::run::Run;
 use crate::error::CliError;
@@ -16,7 +19,7 @@ use crate::parquet_file;
 /// The PUMA 560 carrying a load along a figure-of-eight path: time, states and torques
 ///
 /// Without --scenario: paths p1..p4, speeds s1..s4 (20, 15, 10, 5 s per round), loads c1..c15 (0.2 to 3.0 kg),
-/// 4000 samples each. Torques are free of noise.
+/// 4000 samples each. Torques are free of noise unless --noise says otherwise.
 ///
 /// Columns: context (the load), run (path and speed), t (s), q1..q6 (rad), qd1..qd6 (rad/s), qdd1..qdd6 (rad/s²),
 /// tau1..tau6 (N·m).
@@ -26,6 +29,33 @@ pub struct Args {
     /// Paths, speeds and loads [default: the built-in reference scenario, fixtures/scenario.toml]
     #[arg(long, value_name = "FILE.toml")]
     scenario: Option<PathBuf>,
+
+    /// Drives and friction of the arm's joints (joint1..joint6) in place of the built-in ones, key by key
+    #[arg(long, value_name = "FILE.toml")]
+    sidecar: Option<PathBuf>,
+
+    /// Add noise of this standard deviation to the torques, N·m: one for all joints, or one for each
+    #[arg(
+        long,
+        value_name = "STD[,STD…]",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    noise: Vec<f64>,
+
+    /// Correlation time of the noise, s: its covariance falls as exp(−Δt/T); 0 is white
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 0.0,
+        requires = "noise",
+        allow_hyphen_values = true
+    )]
+    correlation: f64,
+
+    /// Seed of the noise, which is also each run's and each load's own
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "noise")]
+    seed: u64,
 
     /// Load, such as c3
     #[arg(long, value_name = "NAME", required_unless_present = "all")]
@@ -56,6 +86,8 @@ const EXAMPLES: &str = "\
 Examples:
   torque-gp simulate --load c3 --path p2 --speed s4 --output data.csv
   torque-gp simulate --scenario mine.toml --load c3 --path p2 --speed s4 --output data.parquet
+  torque-gp simulate --load c3 --path p2 --speed s4 --noise 0.2 --correlation 0.05 --seed 7 --output noisy.csv
+  torque-gp simulate --sidecar friction.toml --load c3 --path p2 --speed s4 --output data.csv
   torque-gp simulate --all data/
 
 Exit status: 0, or 2 for bad input or usage; then there is one message and no broken file.";
@@ -65,10 +97,14 @@ Exit status: 0, or 2 for bad input or usage; then there is one message and no br
 /// # Errors
 /// Anything wrong with the options, the scenario or the output.
 pub fn run(args: &Args) -> Result<(), CliError> {
-    let scenario = load(args.scenario.as_deref())?;
+    let mut scenario = load(args.scenario.as_deref())?;
+    if let Some(sidecar) = &args.sidecar {
+        scenario = scenario.with_sidecar(&Sidecar::load(sidecar)?)?;
+    }
+    let noise = noise(args)?;
     match (&args.all, &args.output) {
-        (Some(folder), _) => simulate_all(args, &scenario, folder),
-        (None, Some(output)) => simulate_one(args, &scenario, output),
+        (Some(folder), _) => simulate_all(args, &scenario, noise.as_ref(), folder),
+        (None, Some(output)) => simulate_one(args, &scenario, noise.as_ref(), output),
         (None, None) => Err(CliError::Usage(
             "either --output or --all is needed".to_owned(),
         )),
@@ -87,8 +123,46 @@ fn load(path: Option<&Path>) -> Result<Scenario, CliError> {
     })
 }
 
-fn simulate_one(args: &Args, scenario: &Scenario, path: &Path) -> Result<(), CliError> {
-    let inputs: Vec<&Path> = args.scenario.as_deref().into_iter().collect();
+/// The noise that was asked for.
+fn noise(args: &Args) -> Result<Option<TorqueNoise>, CliError> {
+    let std = match args.noise[..] {
+        [] => return Ok(None),
+        [std] => vec![std; N_JOINTS],
+        ref each if each.len() == N_JOINTS => each.to_vec(),
+        ref others => {
+            let found = others.len();
+            return Err(CliError::Usage(format!(
+                "--noise has {found} standard deviations; one is needed, or {N_JOINTS}, one for each joint"
+            )));
+        }
+    };
+    Ok(Some(TorqueNoise::new(std, args.correlation)?))
+}
+
+/// Torques of a run as they are measured.
+fn measured(
+    scenario: &Scenario,
+    noise: Option<(&TorqueNoise, u64)>,
+    trajectory: &Trajectory,
+    load_idx: usize,
+) -> Vec<f64> {
+    let mut torques = scenario.torques(trajectory, load_idx);
+    if let Some((noise, seed)) = noise {
+        let context = &scenario.load_names()[load_idx];
+        let label = format!("{context}/{}/{}", trajectory.path, trajectory.speed);
+        noise.add(seed, &label, &trajectory.time, &mut torques);
+    }
+    torques
+}
+
+fn simulate_one(
+    args: &Args,
+    scenario: &Scenario,
+    noise: Option<&TorqueNoise>,
+    path: &Path,
+) -> Result<(), CliError> {
+    let files = [args.scenario.as_deref(), args.sidecar.as_deref()];
+    let inputs: Vec<&Path> = files.into_iter().flatten().collect();
     output::check_not_an_input(path, &inputs)?;
     let format = Format::of(path, args.format)?;
     let load_idx = scenario.load_idx(args.load.as_deref().unwrap_or_default())?;
@@ -98,7 +172,8 @@ fn simulate_one(args: &Args, scenario: &Scenario, path: &Path) -> Result<(), Cli
     let output = Output::create(path)?;
     warn_of_ranges(scenario, Some(path_idx))?;
     let trajectory = scenario.trajectory(path_idx, speed_idx)?;
-    let torques = scenario.torques(&trajectory, load_idx);
+    let noise = noise.map(|noise| (noise, args.seed));
+    let torques = measured(scenario, noise, &trajectory, load_idx);
     let run = Run {
         context: &scenario.load_names()[load_idx],
         trajectory: &trajectory,
@@ -110,7 +185,12 @@ fn simulate_one(args: &Args, scenario: &Scenario, path: &Path) -> Result<(), Cli
     Ok(())
 }
 
-fn simulate_all(args: &Args, scenario: &Scenario, folder: &Path) -> Result<(), CliError> {
+fn simulate_all(
+    args: &Args,
+    scenario: &Scenario,
+    noise: Option<&TorqueNoise>,
+    folder: &Path,
+) -> Result<(), CliError> {
     if !folder.is_dir() {
         return Err(CliError::Usage(format!(
             "--all {}: the directory does not exist",
@@ -119,11 +199,12 @@ fn simulate_all(args: &Args, scenario: &Scenario, folder: &Path) -> Result<(), C
     }
     let format = args.format.unwrap_or(Format::Csv).check_built()?;
     warn_of_ranges(scenario, None)?;
+    let noise = noise.map(|noise| (noise, args.seed));
     let trajectories = scenario.trajectories()?;
     let contexts = scenario.load_names();
     for trajectory in &trajectories {
         for (load_idx, context) in contexts.iter().enumerate() {
-            let torques = scenario.torques(trajectory, load_idx);
+            let torques = measured(scenario, noise, trajectory, load_idx);
             let run = Run {
                 context,
                 trajectory,

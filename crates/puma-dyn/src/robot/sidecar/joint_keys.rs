@@ -1,24 +1,60 @@
 //! One joint's table of a sidecar: its checks, and how it is laid over the joint's drive.
 
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::robot::description::{Drive, JointDescription, JointKind};
+use crate::robot::smooth_friction::{
+    HysteresisFriction, LoadHysteresisFriction, SmoothFriction, TanhFriction,
+};
 use crate::robot::warning::Warning;
 use crate::spatial::pose::Pose;
 
 /// The table `[joint.NAME]`: what it states, in the units and on the side the keys say.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct JointKeys {
-    rotor_inertia: Option<f64>,
+///
+/// N·m, N·m·s/rad and rad are N, N·s/m and m for a joint that slides.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct JointKeys {
+    /// kg m², of the rotor about its own axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotor_inertia: Option<f64>,
+    /// Motor speed over joint speed, with its sign.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub gear_ratio: Option<f64>,
-    viscous_motor: Option<f64>,
-    coulomb_motor_positive: Option<f64>,
-    coulomb_motor_negative: Option<f64>,
-    viscous_joint: Option<f64>,
-    coulomb_joint: Option<f64>,
+    /// N·m·s/rad, motor side.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub viscous_motor: Option<f64>,
+    /// N·m, motor side, while the joint's speed is positive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coulomb_motor_positive: Option<f64>,
+    /// N·m, motor side, while it is negative.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coulomb_motor_negative: Option<f64>,
+    /// N·m·s/rad, joint side.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub viscous_joint: Option<f64>,
+    /// N·m, joint side, the same in both directions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coulomb_joint: Option<f64>,
+    /// rad: the joint is fixed there.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub locked_at: Option<f64>,
+    /// N·m: what the measured torque is off by.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset: Option<f64>,
+    /// s/rad: viscous friction as a part of the rigid-body torque.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_viscous: Option<f64>,
+    /// Coulomb friction with a smooth change of direction.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tanh: Vec<TanhFriction>,
+    /// Coulomb friction with memory.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hysteresis: Vec<HysteresisFriction>,
+    /// The same as a part of the rigid-body torque.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub load_hysteresis: Vec<LoadHysteresisFriction>,
 }
 
 impl JointKeys {
@@ -41,13 +77,40 @@ impl JointKeys {
             ("viscous_joint", self.viscous_joint, Sign::PlusOrZero),
             ("coulomb_joint", self.coulomb_joint, Sign::PlusOrZero),
             ("locked_at", self.locked_at, Sign::Any),
+            ("offset", self.offset, Sign::Any),
+            ("load_viscous", self.load_viscous, Sign::Any),
         ];
         for (key, value, sign) in signs {
             if let Some(value) = value {
                 sign.check(value).map_err(|reason| (key, reason))?;
             }
         }
+        self.check_lists()?;
         self.check_company()
+    }
+
+    /// The first entry of a list that is wrong, by its number.
+    fn check_lists(&self) -> Result<(), (&'static str, String)> {
+        for (number, tanh) in (1..).zip(&self.tanh) {
+            entry("tanh", number, "width", tanh.width, Sign::Plus)?;
+            entry("tanh", number, "torque", tanh.torque, Sign::Any)?;
+        }
+        for (number, spring) in (1..).zip(&self.hysteresis) {
+            entry("hysteresis", number, "length", spring.length, Sign::Plus)?;
+            entry("hysteresis", number, "torque", spring.torque, Sign::Any)?;
+        }
+        for (number, spring) in (1..).zip(&self.load_hysteresis) {
+            let (
+                key,
+                LoadHysteresisFriction {
+                    length,
+                    coefficient,
+                },
+            ) = ("load_hysteresis", *spring);
+            entry(key, number, "length", length, Sign::Plus)?;
+            entry(key, number, "coefficient", coefficient, Sign::Any)?;
+        }
+        Ok(())
     }
 
     /// Motor-side keys need the gear ratio, and the two Coulomb torques come together.
@@ -104,7 +167,15 @@ impl JointKeys {
             .map(|_| "coulomb_motor_positive"))
     }
 
-    pub(super) fn lay_over(&self, drive: &mut Drive) {
+    pub(super) fn lay_over(&self, joint: &mut JointDescription) {
+        joint.smooth_friction = SmoothFriction {
+            offset: self.offset.unwrap_or_default(),
+            tanh: self.tanh.clone(),
+            hysteresis: self.hysteresis.clone(),
+            load_hysteresis: self.load_hysteresis.clone(),
+            load_viscous: self.load_viscous.unwrap_or_default(),
+        };
+        let drive = &mut joint.drive;
         drive.rotor_inertia = self.rotor_inertia.unwrap_or(drive.rotor_inertia);
         drive.gear_ratio = self.gear_ratio.unwrap_or(drive.gear_ratio);
         if self.viscous_key().is_some() {
@@ -137,10 +208,24 @@ pub(super) fn lock(joint: &mut JointDescription, position: f64) {
     joint.kind = JointKind::Fixed;
     joint.limits = None;
     joint.drive = Drive::NONE;
+    joint.smooth_friction = SmoothFriction::NONE;
+}
+
+/// Checks one number of an entry of a list, counted from 1.
+fn entry(
+    list: &'static str,
+    number: usize,
+    key: &str,
+    value: f64,
+    sign: Sign,
+) -> Result<(), (&'static str, String)> {
+    let named = |reason| (list, format!("entry {number}: {key} {reason}"));
+    sign.check(value).map_err(named)
 }
 
 #[derive(Clone, Copy)]
 enum Sign {
+    Plus,
     PlusOrZero,
     MinusOrZero,
     PlusOrMinus,
@@ -150,6 +235,7 @@ enum Sign {
 impl Sign {
     fn check(self, value: f64) -> Result<(), String> {
         let (holds, requirement) = match self {
+            Self::Plus => (value > 0.0, "must be positive"),
             Self::PlusOrZero => (value >= 0.0, "must not be negative"),
             Self::MinusOrZero => (value <= 0.0, "must not be positive"),
             Self::Any => (true, ""),

@@ -3,4 +3,5 @@
 mod joint_keys;
 mod sidecar_file;
 
+pub use joint_keys::JointKeys;
 pub use sidecar_file::Sidecar;

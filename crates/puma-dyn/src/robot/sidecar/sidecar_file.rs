@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::joint_keys::{JointKeys, lock};
 use crate::error::DynError;
@@ -30,24 +30,33 @@ use crate::robot::warning::Warning;
 ///
 /// [joint.mimicking_finger]
 /// locked_at = 0.02                      # rad or m: the joint is fixed there and is no longer a number of q
+///
+/// [joint.elbow]                         # smooth friction, joint side; z goes to ±1 within a few lengths of travel
+/// offset = 0.3                                              # N·m
+/// tanh = [{ width = 0.02, torque = 1.5 }]                   # rad/s, N·m: c tanh(q̇/v)
+/// hysteresis = [{ length = 5e-4, torque = 2.0 }]            # rad, N·m: h z
+/// load_hysteresis = [{ length = 5e-4, coefficient = 0.05 }] # rad, 1: l |τ^rb| z
+/// load_viscous = 0.08                                       # s/rad: b |τ^rb| q̇
 /// ```
+/// τ^rb is the joint's torque of links and payload, without drives.
 /// A key that is not in this list is an error, and so is a joint the robot does not have.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Sidecar {
     file: String,
     friction: Option<Friction>,
     joints: BTreeMap<String, JointKeys>,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SidecarToml {
+    #[serde(skip_serializing_if = "Option::is_none")]
     friction_convention: Option<FrictionName>,
     #[serde(default)]
     joint: BTreeMap<String, JointKeys>,
 }
 
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum FrictionName {
     Modern,
@@ -66,7 +75,52 @@ impl From<FrictionName> for Friction {
     }
 }
 
+impl From<Friction> for FrictionName {
+    fn from(friction: Friction) -> Self {
+        match friction {
+            Friction::Modern => Self::Modern,
+            Friction::Toolbox2008 => Self::Toolbox2008,
+            Friction::None => Self::None,
+        }
+    }
+}
+
 impl Sidecar {
+    /// A sidecar of values; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// `DynError::Sidecar` with joint and key, as [`Sidecar::parse`].
+    pub fn new(
+        file: &str,
+        friction: Option<Friction>,
+        joints: BTreeMap<String, JointKeys>,
+    ) -> Result<Self, DynError> {
+        for (joint, keys) in &joints {
+            keys.check()
+                .map_err(|(key, reason)| refuse(file, joint, key, reason))?;
+        }
+        Ok(Self {
+            file: file.to_owned(),
+            friction,
+            joints,
+        })
+    }
+
+    /// The text of its file, in digits that read back exactly.
+    ///
+    /// # Errors
+    /// `DynError::Unwritable` if TOML has no words for it, which no sidecar has been seen to do.
+    pub fn to_toml(&self) -> Result<String, DynError> {
+        let toml = SidecarToml {
+            friction_convention: self.friction.map(FrictionName::from),
+            joint: self.joints.clone(),
+        };
+        toml::to_string(&toml).map_err(|error| DynError::Unwritable {
+            file: self.file.clone(),
+            reason: error.to_string(),
+        })
+    }
+
     /// Reads a sidecar file.
     ///
     /// # Errors
@@ -81,19 +135,13 @@ impl Sidecar {
     /// # Errors
     /// - `DynError::Malformed` with line and column: not TOML, an unknown key, a word for a number.
     /// - `DynError::Sidecar` with joint and key: a NaN, a wrong sign, a gear ratio of zero, a
-    ///   motor-side key without `gear_ratio`, one Coulomb torque without the other.
+    ///   motor-side key without `gear_ratio`, one Coulomb torque without the other, an entry of a
+    ///   list with a width or length that is not positive.
     pub fn parse(file: &str, text: &str) -> Result<Self, DynError> {
         let toml: SidecarToml =
             toml::from_str(text).map_err(|error| not_toml(file, text, &error))?;
-        for (joint, keys) in &toml.joint {
-            keys.check()
-                .map_err(|(key, reason)| refuse(file, joint, key, reason))?;
-        }
-        Ok(Self {
-            file: file.to_owned(),
-            friction: toml.friction_convention.map(Friction::from),
-            joints: toml.joint,
-        })
+        let friction = toml.friction_convention.map(Friction::from);
+        Self::new(file, friction, toml.joint)
     }
 
     /// The friction convention, if the file states one.
@@ -133,7 +181,7 @@ impl Sidecar {
         for joint in &mut robot.joints {
             if let Some(keys) = self.joints.get(&joint.name) {
                 warnings.extend(keys.replaced(joint));
-                keys.lay_over(&mut joint.drive);
+                keys.lay_over(joint);
                 if let Some(position) = keys.locked_at {
                     lock(joint, position);
                 }

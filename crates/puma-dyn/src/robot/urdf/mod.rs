@@ -4,5 +4,7 @@ mod convert;
 mod element;
 mod load;
 mod scan;
+mod write;
 
 pub use load::{Loaded, load_urdf, parse_urdf};
+pub use write::{JointDynamics, write_urdf};
