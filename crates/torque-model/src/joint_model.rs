@@ -11,6 +11,7 @@ use mtgp::TaskFit;
 use crate::error::TorqueError;
 use crate::fit_summary::FitSummary;
 use crate::process::{Process, TaskProcess, TorqueFunction};
+use crate::rigid_body::SharedJoint;
 use crate::rows::{RegressorRows, States};
 
 /// The model of one joint's torque.
@@ -26,6 +27,8 @@ pub enum JointModel {
     RigidBody(Box<Process<RigidBodyCovariance, RegressorRows>>),
     /// rbd+gp: the same, with a process on what the parameters leave.
     RigidBodyAndProcess(Box<Process<RigidBodyAndProcess, RegressorRows>>),
+    /// rbd of all joints and loads together.
+    Shared(Box<SharedJoint>),
 }
 
 impl JointModel {
@@ -37,6 +40,7 @@ impl JointModel {
             Self::Tasks(process) => process.as_ref(),
             Self::RigidBody(process) => process.as_ref(),
             Self::RigidBodyAndProcess(process) => process.as_ref(),
+            Self::Shared(joint) => joint.as_ref(),
         }
     }
 
@@ -48,7 +52,7 @@ impl JointModel {
                 process_name(process.posterior.covariance().form()).to_owned()
             }
             Self::Tasks(process) => process.name(),
-            Self::RigidBody(_) => "rbd".to_owned(),
+            Self::RigidBody(_) | Self::Shared(_) => "rbd".to_owned(),
             Self::RigidBodyAndProcess(_) => "rbd+gp".to_owned(),
         }
     }
@@ -56,7 +60,7 @@ impl JointModel {
     /// The covariance of eq. (7) that it has or is made of; `None` without one.
     pub fn input_covariance(&self) -> Option<&TorqueCovariance> {
         match self {
-            Self::Linear(_) | Self::RigidBody(_) => None,
+            Self::Linear(_) | Self::RigidBody(_) | Self::Shared(_) => None,
             Self::Process(process) => Some(process.posterior.covariance()),
             Self::Tasks(process) => Some(process.covariance().input()),
             Self::RigidBodyAndProcess(process) => {
@@ -72,7 +76,7 @@ impl JointModel {
             Self::RigidBodyAndProcess(process) => {
                 Some(process.posterior.covariance().second().inner().spread())
             }
-            Self::Linear(_) | Self::Process(_) | Self::Tasks(_) => None,
+            Self::Linear(_) | Self::Process(_) | Self::Tasks(_) | Self::Shared(_) => None,
         }
     }
 
@@ -93,6 +97,7 @@ impl JointModel {
     pub fn noise_std(&self) -> f64 {
         match self {
             Self::Linear(_) => self.noise_var().sqrt(),
+            Self::Shared(joint) => joint.noise().std,
             Self::Process(process) => process.posterior.noise_std(),
             Self::Tasks(process) => process.posterior.noise_std(),
             Self::RigidBody(process) => process.posterior.noise_std(),
@@ -100,10 +105,10 @@ impl JointModel {
         }
     }
 
-    /// How the hyperparameters were found; `None` for a linear model, which has none.
+    /// How the hyperparameters were found; `None` for models in closed form, which have none.
     pub fn summary(&self) -> Option<&FitSummary> {
         match self {
-            Self::Linear(_) => None,
+            Self::Linear(_) | Self::Shared(_) => None,
             Self::Process(process) => Some(&process.summary),
             Self::Tasks(process) => Some(&process.summary),
             Self::RigidBody(process) => Some(&process.summary),

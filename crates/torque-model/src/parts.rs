@@ -1,5 +1,7 @@
 //! What a model of a robot consists of, and whether it fits together.
 
+use std::sync::Arc;
+
 use mtgp::MtgpError;
 use puma_dyn::Model;
 use serde::{Deserialize, Serialize};
@@ -8,6 +10,7 @@ use crate::file::ModelFileKind;
 use crate::joint_model::JointModel;
 use crate::provenance::Provenance;
 use crate::ranges::TrainingRanges;
+use crate::rigid_body::ParameterPosterior;
 use crate::robot_source::RobotSource;
 
 /// What a model consists of.
@@ -29,6 +32,23 @@ pub struct ModelParts {
     pub robot: Option<RobotSource>,
     /// Where the model comes from.
     pub provenance: Provenance,
+}
+
+impl ModelParts {
+    /// The posterior that the joints share, if they share one.
+    pub fn posterior(&self) -> Option<&Arc<ParameterPosterior>> {
+        match self.learned.first() {
+            Some((_, JointModel::Shared(joint))) => Some(joint.posterior()),
+            _ => None,
+        }
+    }
+
+    /// Entries of a state: (q, q̇, q̈), and the hysteresis states of a model with memory.
+    pub fn n_covariates(&self) -> usize {
+        let of_states = 3 * self.joint_names.len();
+        self.posterior()
+            .map_or(of_states, |of| of.unknowns().n_covariates())
+    }
 }
 
 /// How the rank of the task matrices was chosen; its fields stand in model files in this order.
@@ -53,6 +73,7 @@ pub(crate) fn context_number(contexts: &[String], name: &str) -> Result<usize, M
 pub(crate) fn other_robot(parts: &ModelParts, robot: &Model) -> Option<String> {
     let is_other = |model: &JointModel| match model {
         JointModel::RigidBody(process) => *process.rows.robot != *robot,
+        JointModel::Shared(joint) => *joint.posterior().parts().robot != *robot,
         JointModel::RigidBodyAndProcess(process) => *process.rows.robot != *robot,
         _ => false,
     };
@@ -75,6 +96,7 @@ fn kind_of_joint(model: &JointModel) -> ModelFileKind {
         JointModel::Linear(_) | JointModel::Process(_) => ModelFileKind::OneContext,
         JointModel::Tasks(_) => ModelFileKind::ManyContexts,
         JointModel::RigidBody(_) | JointModel::RigidBodyAndProcess(_) => ModelFileKind::RigidBody,
+        JointModel::Shared(_) => ModelFileKind::SharedParameters,
     }
 }
 
@@ -110,10 +132,35 @@ pub(crate) fn inconsistency(parts: &ModelParts) -> Option<String> {
             other.name()
         ));
     }
-    if (kind == ModelFileKind::RigidBody) != parts.robot.is_some() {
+    let knows_robot = matches!(
+        kind,
+        ModelFileKind::RigidBody | ModelFileKind::SharedParameters
+    );
+    if knows_robot != parts.robot.is_some() {
         return Some("a robot goes with models that know its parameters".to_owned());
     }
+    if let Some(what) = other_posterior(parts) {
+        return Some(what);
+    }
     other_joints(parts).or_else(|| other_ranges(parts))
+}
+
+/// Joints that do not share one posterior, or one of other contexts.
+fn other_posterior(parts: &ModelParts) -> Option<String> {
+    let first = parts.posterior()?;
+    let is_other = |(idx, model): &(usize, JointModel)| match model {
+        JointModel::Shared(joint) => {
+            !Arc::ptr_eq(joint.posterior(), first) || joint.joint_idx() != *idx
+        }
+        _ => true,
+    };
+    if let Some((idx, _)) = parts.learned.iter().find(|of| is_other(of)) {
+        return Some(format!(
+            "joint {idx}'s parameters are not those of the others"
+        ));
+    }
+    (first.parts().contexts != parts.contexts)
+        .then(|| "parameters of other contexts than the model's".to_owned())
 }
 
 /// A joint's model that is for another robot or other contexts.

@@ -11,8 +11,8 @@ pub struct JointPrediction {
     pub mean: Vec<f64>,
     /// Variances of the latent (noise-free) torque, N²·m².
     pub var: Vec<f64>,
-    /// Variance of the noise: add it to `var` for that of an observation, N²·m².
-    pub noise_var: f64,
+    /// Variances of the noise: add them to `var` for those of an observation, N²·m².
+    pub noise_var: Vec<f64>,
 }
 
 /// Predictions of no row yet.
@@ -25,7 +25,7 @@ pub(crate) fn empty_predictions(
         joint_idx: *joint_idx,
         mean: vec![0.0; n],
         var: vec![0.0; n],
-        noise_var: *noise_var,
+        noise_var: vec![*noise_var; n],
     };
     joint_indices.iter().zip(noise_vars).map(of_joint).collect()
 }

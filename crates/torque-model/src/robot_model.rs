@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use faer::MatRef;
+use faer::{Mat, MatRef};
 use gp_core::Prediction;
 use mtgp::MtgpError;
 use puma_dyn::Model;
@@ -16,7 +16,9 @@ use crate::predictor::Predictor;
 use crate::process::TaskProcess;
 use crate::provenance::Provenance;
 use crate::ranges::TrainingRanges;
-use crate::rows::require_states;
+use crate::rigid_body::{ParameterPosterior, states_with_memory};
+use crate::rows::require_finite;
+use crate::samples::Samples;
 
 /// Samples up to which a step of a tracker is fast enough without pivots.
 const FEW: usize = 512;
@@ -104,6 +106,33 @@ impl RobotModel {
         self.parts.joint_names.len()
     }
 
+    /// The posterior of a robot's parameters, of a model that learned them for all joints together.
+    pub fn rigid_body(&self) -> Option<&Arc<ParameterPosterior>> {
+        self.parts.posterior()
+    }
+
+    /// Entries of a state: (q, q̇, q̈), and the hysteresis states z of a model with memory.
+    pub fn n_covariates(&self) -> usize {
+        self.parts.n_covariates()
+    }
+
+    /// Lengths δ of the hysteresis states that a state has, rad; none of a model without memory.
+    pub fn hysteresis_lengths(&self) -> &[f64] {
+        self.rigid_body().map_or(&[], |of| of.unknowns().lengths())
+    }
+
+    /// The states of samples as the model wants them, (n, n_covariates): with the hysteresis of their motion, if it
+    /// has memory.
+    ///
+    /// # Errors
+    /// [`TorqueError::Log`] for samples without what says it, or with times that do not rise.
+    pub fn states_of(&self, samples: &Samples) -> Result<Mat<f64>, TorqueError> {
+        match self.rigid_body() {
+            Some(posterior) => states_with_memory(samples, posterior.unknowns()),
+            None => Ok(samples.x.to_owned()),
+        }
+    }
+
     /// Names of the contexts; none for a model of one.
     pub fn contexts(&self) -> &[String] {
         &self.parts.contexts
@@ -170,7 +199,7 @@ impl RobotModel {
         x: MatRef<'_, f64>,
     ) -> Result<Vec<JointPrediction>, TorqueError> {
         assert_eq!(contexts.len(), x.nrows(), "one context per row");
-        require_states(x, self.n_joints())?;
+        require_finite(x, self.n_covariates())?;
         self.in_the_loop().predict_rows(contexts, x)
     }
 

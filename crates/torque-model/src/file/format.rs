@@ -47,10 +47,17 @@ pub enum ModelFileKind {
     ManyContexts,
     /// One for each joint, of one load, with the robot whose parameters it knows.
     RigidBody,
+    /// Parameters of a robot for all joints and loads together.
+    SharedParameters,
 }
 
 impl ModelFileKind {
-    const ALL: [Self; 3] = [Self::OneContext, Self::ManyContexts, Self::RigidBody];
+    const ALL: [Self; 4] = [
+        Self::OneContext,
+        Self::ManyContexts,
+        Self::RigidBody,
+        Self::SharedParameters,
+    ];
 
     /// The upper 16 bits of the header's word.
     fn code(self) -> u32 {
@@ -58,6 +65,7 @@ impl ModelFileKind {
             Self::OneContext => 0,
             Self::ManyContexts => 1,
             Self::RigidBody => 2,
+            Self::SharedParameters => 3,
         }
     }
 
@@ -76,6 +84,7 @@ impl fmt::Display for ModelFileKind {
             Self::OneContext => "a model of one context",
             Self::ManyContexts => "a model of several contexts",
             Self::RigidBody => "a model with a rigid-body prior",
+            Self::SharedParameters => "a model of a robot's parameters",
         })
     }
 }

@@ -15,6 +15,7 @@ use crate::file::format::{ModelFileError, ModelFileKind, decode_model, encode_mo
 use crate::file::matrix_record::{TriangleRecord, malformed, require, require_values};
 use crate::file::process_record::{ParamsRecord, PosteriorRecord, require_summary};
 use crate::file::ranges_record::RangesRecord;
+use crate::file::shared_record::SharedRecord;
 use crate::fit_summary::FitSummary;
 use crate::joint_model::JointModel;
 use crate::parts::{ModelParts, RankSelection, kind_of};
@@ -123,6 +124,7 @@ pub(crate) fn write_model(parts: &ModelParts) -> Vec<u8> {
         ModelFileKind::OneContext => encode_model(kind, &OneContextRecord::of(parts)),
         ModelFileKind::ManyContexts => encode_model(kind, &ManyContextsRecord::of(parts)),
         ModelFileKind::RigidBody => encode_model(kind, &RigidBodyRecord::of(parts)),
+        ModelFileKind::SharedParameters => encode_model(kind, &SharedRecord::of(parts)),
     }
 }
 
@@ -141,6 +143,9 @@ pub(crate) fn read_model(bytes: &[u8]) -> Result<ModelParts, ModelFileError> {
         }
         ModelFileKind::RigidBody => {
             decode_model::<RigidBodyRecord>(kind, bytes).and_then(RigidBodyRecord::into_parts)
+        }
+        ModelFileKind::SharedParameters => {
+            decode_model::<SharedRecord>(kind, bytes).and_then(SharedRecord::into_parts)
         }
     }
 }

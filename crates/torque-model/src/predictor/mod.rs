@@ -8,5 +8,6 @@ mod linear;
 mod predictor;
 mod process;
 mod regressor;
+mod shared;
 
 pub use predictor::{Predictor, Scratch};

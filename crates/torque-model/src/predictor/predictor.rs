@@ -27,6 +27,7 @@ use crate::prediction::{JointPrediction, copy_row, empty_predictions};
 use crate::predictor::linear::LinearPredictor;
 use crate::predictor::process::ProcessPredictor;
 use crate::predictor::regressor::RegressorPredictor;
+use crate::predictor::shared::SharedPredictor;
 use crate::ranges::TrainingRanges;
 use crate::rows::{n_parameters, require_context};
 
@@ -47,6 +48,7 @@ const PANEL: usize = 32;
 #[derive(Debug, Clone)]
 pub struct Predictor {
     n_joints: usize,
+    n_covariates: usize,
     joints: Vec<JointPredictor>,
     joint_indices: Vec<usize>,
     noise_vars: Vec<f64>,
@@ -72,6 +74,7 @@ enum JointPredictor {
     Linear(LinearPredictor),
     Process(Box<ProcessPredictor>),
     RigidBody(Box<RegressorPredictor>),
+    Shared(Box<SharedPredictor>),
 }
 
 impl JointPredictor {
@@ -85,6 +88,7 @@ impl JointPredictor {
                 &of_robot.posterior,
                 &of_robot.rows,
             ))),
+            JointModel::Shared(joint) => Self::Shared(Box::new(SharedPredictor::new(joint))),
             JointModel::RigidBodyAndProcess(both) => process(ProcessPredictor::of_rigid_body(both)),
         }
     }
@@ -95,6 +99,7 @@ impl JointPredictor {
             Self::Linear(linear) => (linear.n_features(), 0),
             Self::Process(process) => (process.n_points(), process.n_parameters()),
             Self::RigidBody(rigid_body) => (0, rigid_body.n_scratch()),
+            Self::Shared(shared) => (0, shared.n_scratch()),
         }
     }
 
@@ -120,6 +125,15 @@ impl JointPredictor {
                 process.predict(context, state, correlations, k, y)
             }
             Self::RigidBody(rigid_body) => rigid_body.predict(of_joint, y),
+            Self::Shared(shared) => shared.predict(context, x, of_joint, y),
+        }
+    }
+
+    /// Variance of the noise at a state, where it depends on that.
+    fn noise_var(&self, x: &[f64]) -> Option<f64> {
+        match self {
+            Self::Shared(shared) => Some(shared.noise_var(x)),
+            Self::Linear(_) | Self::Process(_) | Self::RigidBody(_) => None,
         }
     }
 }
@@ -130,6 +144,7 @@ impl Predictor {
         let learned = parts.learned.iter();
         Self {
             n_joints: parts.joint_names.len(),
+            n_covariates: parts.n_covariates(),
             joints: (learned.clone())
                 .map(|(_, m)| JointPredictor::new(m))
                 .collect(),
@@ -171,8 +186,27 @@ impl Predictor {
     }
 
     /// Variance of the noise of every learned joint, N²·m²: add it for that of an observation.
+    ///
+    /// Where the noise depends on the speed, [`Predictor::noise_vars_into`] has it at a state, and this is σ².
     pub fn noise_vars(&self) -> &[f64] {
         &self.noise_vars
+    }
+
+    /// The same at a state.
+    ///
+    /// Allocates nothing.
+    /// # Shapes
+    /// `x` (n_covariates,); `vars` (n_learned,), N²·m².
+    pub fn noise_vars_into(&self, x: &[f64], vars: &mut [f64]) {
+        let joints = self.joints.iter().zip(&self.noise_vars);
+        for (var, (joint, constant)) in vars.iter_mut().zip(joints) {
+            *var = joint.noise_var(x).unwrap_or(*constant);
+        }
+    }
+
+    /// Entries of a state: (q, q̇, q̈), and the hysteresis states of a model with memory.
+    pub fn n_covariates(&self) -> usize {
+        self.n_covariates
     }
 
     /// The range of every covariate in the training data of all contexts.
@@ -208,7 +242,8 @@ impl Predictor {
     /// number 0.
     /// After an error `mean` and `var` are NaN, so that no older torque stays in them.
     /// # Shapes
-    /// `x` (3ℓ,) in the order (q, q̇, q̈), rad, rad/s, rad/s²; `mean` (n_learned,), N·m;
+    /// `x` (3ℓ,) in the order (q, q̇, q̈), rad, rad/s, rad/s², and for a model with memory its
+    /// [`crate::rigid_body::FrictionMemory`] behind them; `mean` (n_learned,), N·m;
     /// `var` (n_learned,), N²·m².
     /// # Errors
     /// [`GpError::NonFiniteInput`] with the column of the first such covariate;
@@ -225,7 +260,7 @@ impl Predictor {
     ) -> Result<(), TorqueError> {
         let n_contexts = self.n_contexts();
         assert!(context < n_contexts, "context {context} of {n_contexts}");
-        assert_eq!(x.len(), 3 * self.n_joints, "x holds (q, qd, qdd)");
+        assert_eq!(x.len(), self.n_covariates, "x holds (q, qd, qdd) and z");
         assert_eq!(mean.len(), self.n_learned());
         assert_eq!(var.len(), self.n_learned());
         assert_eq!(scratch.signs.len(), self.n_joints, "another scratch");
@@ -250,7 +285,8 @@ impl Predictor {
             return Err(GpError::NonFiniteInput { row, column, value }.into());
         }
         let (q, rates) = x.split_at(self.n_joints);
-        let (qd, qdd) = rates.split_at(self.n_joints);
+        let (qd, rest) = rates.split_at(self.n_joints);
+        let qdd = &rest[..self.n_joints];
         for (sign, velocity) in scratch.signs.iter_mut().zip(qd) {
             *sign = sgn(*velocity);
         }
@@ -268,7 +304,7 @@ impl Predictor {
         Ok(())
     }
 
-    /// Predictions at the rows of `x`, (n, 3ℓ), each in a context of its own: those of the loop.
+    /// Predictions at the rows of `x`, (n, n_covariates), each in a context of its own: those of the loop.
     ///
     /// On all threads at hand, and the same bits for any number of them; of several failures the first row's counts.
     pub(crate) fn predict_rows(
@@ -306,6 +342,20 @@ impl Predictor {
                 (joint.mean[row], joint.var[row]) = (mean[place], var[place]);
             }
         }
+        self.fill_noise(x, &mut predictions);
         Ok(predictions)
+    }
+
+    /// Noise that depends on the state, row by row.
+    fn fill_noise(&self, x: MatRef<'_, f64>, predictions: &mut [JointPrediction]) {
+        let mut state = vec![0.0; x.ncols()];
+        for row in 0..x.nrows() {
+            copy_row(x, row, &mut state);
+            for (joint, prediction) in self.joints.iter().zip(predictions.iter_mut()) {
+                if let Some(var) = joint.noise_var(&state) {
+                    prediction.noise_var[row] = var;
+                }
+            }
+        }
     }
 }

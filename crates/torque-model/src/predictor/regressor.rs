@@ -80,7 +80,42 @@ impl Parameters {
 #[derive(Debug, Clone)]
 pub(crate) struct RegressorPredictor {
     parameters: Parameters,
-    root: Vec<f64>,
+    root: UpperTriangle,
+}
+
+/// An upper triangular matrix, column after column from the top down to the diagonal.
+#[derive(Debug, Clone)]
+pub(crate) struct UpperTriangle {
+    columns: Vec<f64>,
+}
+
+impl UpperTriangle {
+    /// The upper triangle of a square matrix.
+    pub fn of(matrix: MatRef<'_, f64>) -> Self {
+        let upper = (0..matrix.ncols()).flat_map(|col| (0..=col).map(move |row| (row, col)));
+        Self {
+            columns: upper.map(|at| matrix[at]).collect(),
+        }
+    }
+
+    /// |T y|², with scratch for T y.
+    pub fn squared_norm(&self, y: &[f64], product: &mut [f64]) -> f64 {
+        product.fill(0.0);
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let mut rest = self.columns.as_slice();
+                for (col, y) in y.iter().enumerate() {
+                    let (column, after) = rest.split_at(col + 1);
+                    for (sum, t) in product.iter_mut().zip(column) {
+                        *sum += t * y;
+                    }
+                    rest = after;
+                }
+                dot_pairwise(product, product)
+            },
+        )
+    }
 }
 
 impl RegressorPredictor {
@@ -88,10 +123,9 @@ impl RegressorPredictor {
         let spread = posterior.covariance().inner().spread();
         let (parameters, terms) = Parameters::new(posterior, rows, spread);
         let root = root_of_covariance(posterior, &terms);
-        let upper = (0..root.ncols()).flat_map(|col| (0..=col).map(move |row| (row, col)));
         Self {
             parameters,
-            root: upper.map(|at| root[at]).collect(),
+            root: UpperTriangle::of(root.as_ref()),
         }
     }
 
@@ -104,21 +138,7 @@ impl RegressorPredictor {
     pub fn predict(&self, of_joint: &[f64], scratch: &mut [f64]) -> (f64, f64) {
         let (y, product) = scratch.split_at_mut(self.parameters.n_columns());
         let mean = self.parameters.gather(of_joint, y);
-        product.fill(0.0);
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let mut rest = self.root.as_slice();
-                for (col, y) in y.iter().enumerate() {
-                    let (column, after) = rest.split_at(col + 1);
-                    for (sum, t) in product.iter_mut().zip(column) {
-                        *sum += t * y;
-                    }
-                    rest = after;
-                }
-                (mean, dot_pairwise(product, product))
-            },
-        )
+        (mean, self.root.squared_norm(y, product))
     }
 }
 
@@ -188,7 +208,7 @@ fn root_of_covariance(
 }
 
 /// R of the orthogonal factorisation A = QR, (p, p), of a matrix with at least p rows.
-fn upper_factor(matrix: MatRef<'_, f64>) -> Mat<f64> {
+pub(crate) fn upper_factor(matrix: MatRef<'_, f64>) -> Mat<f64> {
     let r = matrix.qr().thin_R().to_owned();
     Mat::from_fn(r.nrows(), r.ncols(), |row, col| {
         if row <= col { r[(row, col)] } else { 0.0 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use faer::{ColRef, Mat, MatRef};
 use linalg::product;
-use puma_dyn::robot::{DriveState, next_hysteresis};
+use puma_dyn::robot::DriveState;
 use puma_dyn::{Model, Workspace, regressor};
 use rayon::prelude::*;
 
@@ -224,23 +224,9 @@ impl<'a> Design<'a> {
     }
 
     fn all_spans(&self) -> Result<Vec<Span>, TorqueError> {
-        let n = self.unknowns.lengths().len() * self.robot.n_joints();
-        let has_times = !self.log.samples.timeline.t.is_empty();
-        let given = &self.log.samples.timeline.hysteresis;
-        let is_given = |length: &f64| given.iter().any(|of| of.length.total_cmp(length).is_eq());
-        if let Some(length) = self
-            .unknowns
-            .lengths()
-            .iter()
-            .find(|length| !has_times && !is_given(length))
-        {
-            let mrad = 1e3 * length;
-            return Err(TorqueError::Log {
-                what: format!(
-                    "friction terms with memory need a column t, or the columns z{mrad}_<joint> of their state"
-                ),
-            });
-        }
+        let lengths = self.unknowns.lengths();
+        self.log.require_memory(lengths)?;
+        let n = lengths.len() * self.robot.n_joints();
         let mut spans = Vec::new();
         for (number, run) in self.log.runs.iter().enumerate() {
             let mut z = vec![0.0; n];
@@ -251,35 +237,10 @@ impl<'a> Design<'a> {
                     rows: rows.clone(),
                     z: z.clone(),
                 });
-                rows.for_each(|row| self.advance(run, row, &mut z));
+                rows.for_each(|row| self.log.advance(run, row, self.unknowns.lengths(), &mut z));
             }
         }
         Ok(spans)
-    }
-
-    /// The hysteresis states at a row of a run, from those at the one before.
-    fn advance(&self, run: &Run, row: usize, z: &mut [f64]) {
-        let (samples, n_joints) = (self.log.samples, self.robot.n_joints());
-        let (place, timeline) = (run.rows[row], &samples.timeline);
-        for (length, z) in self
-            .unknowns
-            .lengths()
-            .iter()
-            .zip(z.chunks_exact_mut(n_joints))
-        {
-            let given = timeline
-                .hysteresis
-                .iter()
-                .find(|of| of.length.total_cmp(length).is_eq());
-            if let Some(given) = given {
-                z.copy_from_slice(&given.z[place * n_joints..(place + 1) * n_joints]);
-            } else if row > 0 {
-                let step = timeline.t[place] - timeline.t[run.rows[row - 1]];
-                for (joint, z) in z.iter_mut().enumerate() {
-                    *z = next_hysteresis(*z, samples.x[(place, n_joints + joint)], step, *length);
-                }
-            }
-        }
     }
 
     fn panel(&self, span: usize) -> Panel {
@@ -301,7 +262,7 @@ impl<'a> Design<'a> {
                 .for_each(|(to, from)| *to = *from);
             let (q, rates) = state.split_at(n_joints);
             let (qd, qdd) = rates.split_at(n_joints);
-            self.advance(run, row, &mut z);
+            self.log.advance(run, row, self.unknowns.lengths(), &mut z);
             regressor(self.robot, &mut workspace, q, qd, qdd, &mut matrix);
             for (joint, panel) in joints.iter_mut().enumerate() {
                 let at = filled[joint];

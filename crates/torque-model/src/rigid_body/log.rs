@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use puma_dyn::robot::next_hysteresis;
+
 use crate::error::TorqueError;
 use crate::rigid_body::correlation::median;
 use crate::samples::Samples;
+use crate::timeline::HysteresisColumns;
 
 /// Speed below which a joint stands, rad/s.
 const STANDING_SPEED: f64 = 0.01;
@@ -146,6 +149,49 @@ impl<'a> Log<'a> {
             }
             _ => 1.0,
         }
+    }
+
+    /// # Errors
+    /// [`TorqueError::Log`] where there are neither times nor states of a length.
+    pub fn require_memory(&self, lengths: &[f64]) -> Result<(), TorqueError> {
+        let timeline = &self.samples.timeline;
+        let missing = lengths
+            .iter()
+            .find(|length| timeline.t.is_empty() && self.given(**length).is_none());
+        let Some(length) = missing else {
+            return Ok(());
+        };
+        let mrad = 1e3 * length;
+        Err(TorqueError::Log {
+            what: format!(
+                "friction with memory needs a column t, or the columns z{mrad}_<joint> of its state"
+            ),
+        })
+    }
+
+    /// The hysteresis states at a row of a run, from those at the one before: (lengths, ℓ).
+    pub fn advance(&self, run: &Run, row: usize, lengths: &[f64], z: &mut [f64]) {
+        let (samples, n_joints) = (self.samples, self.samples.n_joints());
+        let (place, t) = (run.rows[row], &samples.timeline.t);
+        for (length, z) in lengths.iter().zip(z.chunks_exact_mut(n_joints)) {
+            if let Some(given) = self.given(*length) {
+                z.copy_from_slice(&given.z[place * n_joints..(place + 1) * n_joints]);
+            } else if row > 0 {
+                let step = t[place] - t[run.rows[row - 1]];
+                for (joint, z) in z.iter_mut().enumerate() {
+                    *z = next_hysteresis(*z, samples.x[(place, n_joints + joint)], step, *length);
+                }
+            }
+        }
+    }
+
+    /// States of a length that the log has columns of.
+    fn given(&self, length: f64) -> Option<&HysteresisColumns> {
+        let columns = self.samples.timeline.hysteresis.iter();
+        // A length is written in mrad: digits that read back need not be the same bits.
+        columns
+            .into_iter()
+            .find(|of| (of.length / length - 1.0).abs() < 1e-9)
     }
 
     fn used_rows(&self) -> Vec<bool> {
