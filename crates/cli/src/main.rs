@@ -8,6 +8,7 @@
     reason = "doc comments of arguments are the text of --help, where <joint> stands for a name"
 )]
 
+mod body_table;
 mod columns;
 mod commands;
 mod context;
@@ -26,6 +27,7 @@ mod log_columns;
 mod log_rows;
 #[cfg(test)]
 mod malformed;
+mod memory_rows;
 mod messages;
 mod method;
 mod model_file;

@@ -35,6 +35,7 @@ impl RowContexts {
         let (file, header) = (table.file(), table.column_names());
         match ContextColumn::of_known(file, &header, contexts, whose) {
             Ok(column) => Ok(Self::Column(column)),
+            Err(_) if contexts.len() == 1 => Ok(Self::Same(0)),
             Err(_) => Err(columns_error(
                 file,
                 format!(

@@ -27,16 +27,17 @@ impl Score {
     /// s² = var + σ²,  log p(t) = −½ log 2πs² − (t − m)²/2s²,  inside: |t − m| ≤ 1.96 s
     /// ```
     /// # Shapes
-    /// `torques`, `mean`, `var` (n,), n ≥ 1; `var` latent, `noise_var` = σ², N²·m².
+    /// `torques`, `mean`, `var`, `noise_var` (n,), n ≥ 1; `var` latent, `noise_var` = σ², N²·m².
     /// # Panics
     /// If the lengths differ.
-    pub fn of(torques: &[f64], mean: &[f64], var: &[f64], noise_var: f64) -> Self {
+    pub fn of(torques: &[f64], mean: &[f64], var: &[f64], noise_var: &[f64]) -> Self {
         assert!(torques.len() == mean.len() && mean.len() == var.len());
+        assert_eq!(var.len(), noise_var.len());
         let n = torques.len() as f64;
         let centre = torques.iter().sum::<f64>() / n;
         let spread: f64 = torques.iter().map(|t| (t - centre).powi(2)).sum();
         let (mut squares, mut log_density, mut n_inside) = (0.0, 0.0, 0_u32);
-        for ((t, m), var) in torques.iter().zip(mean).zip(var) {
+        for (((t, m), var), noise_var) in torques.iter().zip(mean).zip(var).zip(noise_var) {
             let (square, observed_var) = ((t - m).powi(2), var + noise_var);
             squares += square;
             log_density -= 0.5 * (2.0 * PI * observed_var).ln() + 0.5 * square / observed_var;
@@ -82,7 +83,7 @@ mod tests {
     #[test]
     fn worked_by_hand() {
         // Errors 1, 0, −2: MSE 5/3; torques 1, 2, 3 have variance 2/3. s² = 1: |e| ≤ 1.96 twice.
-        let score = Score::of(&[1.0, 2.0, 3.0], &[0.0, 2.0, 5.0], &[0.75; 3], 0.25);
+        let score = Score::of(&[1.0, 2.0, 3.0], &[0.0, 2.0, 5.0], &[0.75; 3], &[0.25; 3]);
         let log_density = -0.5 * (2.0 * PI).ln() - 0.5 * 5.0 / 3.0;
         assert!((score.nmse.unwrap() - 2.5).abs() <= 1e-15, "{score:?}");
         assert!(
@@ -99,6 +100,9 @@ mod tests {
     #[test]
     fn equal_torques_have_no_nmse() {
         // 0.1 three times: the computed mean is not 0.1.
-        assert_eq!(Score::of(&[0.1; 3], &[0.1; 3], &[0.0; 3], 1.0).nmse, None);
+        assert_eq!(
+            Score::of(&[0.1; 3], &[0.1; 3], &[0.0; 3], &[1.0; 3]).nmse,
+            None
+        );
     }
 }

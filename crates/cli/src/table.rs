@@ -1,6 +1,7 @@
 //! Rows of a CSV file, one at a time, with the checks that make every later error name its place.
 //!
-//! A byte-order mark, CRLF line ends, quoted fields and blanks around names and numbers are accepted.
+//! A byte-order mark, CRLF line ends, quoted fields and blanks around names and numbers are accepted; lines that begin
+//! with `#` are comments.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -88,6 +89,7 @@ impl Table {
     fn from_source(file: String, source: Source) -> Result<Self, CliError> {
         let mut reader = ReaderBuilder::new()
             .flexible(true)
+            .comment(Some(b'#'))
             .buffer_capacity(BUFFER)
             .from_reader(source);
         let header = reader

@@ -99,7 +99,7 @@ fn a_model_predicts_in_another_process_what_the_library_predicts_here() {
         let (form, options) = (TorqueForm::Coulomb, FitOptions::chapter());
         let model = learned(&train, joint, &in_own_unit(form, options));
         let prediction = model.predict(0, test.as_ref()).unwrap().remove(0);
-        let noise_var = prediction.noise_var;
+        let noise_var = prediction.noise_var[0];
         let with_noise = |noise_var: f64| -> Vec<f64> {
             let vars = prediction.var.iter();
             vars.map(|var| (var + noise_var).sqrt()).collect()

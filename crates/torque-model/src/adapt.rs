@@ -1,5 +1,7 @@
 //! A model of several contexts learns one more from a few of its torques: section 5, novel contexts.
 
+use std::sync::Arc;
+
 use faer::MatRef;
 use gp_core::optimize::MinimizeOptions;
 use mtgp::latent::LatentFunctions;
@@ -10,6 +12,7 @@ use crate::error::{TorqueError, consistent};
 use crate::joint_model::JointModel;
 use crate::process::TaskProcess;
 use crate::provenance::Provenance;
+use crate::rigid_body::{ParameterPosterior, SharedJoint};
 use crate::robot_model::RobotModel;
 use crate::samples::Samples;
 
@@ -19,6 +22,9 @@ const ROWS_OF_ROW_ONLY: usize = 20;
 
 /// Known rows that a search for the new one sets out from, beside least squares.
 const N_NEAREST: usize = 2;
+
+/// What the context of data that name none is called once there is another.
+pub const FIRST_CONTEXT: &str = "first";
 
 /// How a new context is learned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,6 +85,9 @@ pub fn adapt(
         (joints != learned)
             .then(|| format!("torques of joints {joints:?} for models of {learned:?}")),
     )?;
+    if let Some(posterior) = model.rigid_body() {
+        return adapt_parameters(model, posterior, name, samples, provenance);
+    }
     let few = samples.spread(how.most_rows());
     let mut parts = model.parts().clone();
     for ((_, joint_model), torques) in parts.learned.iter_mut().zip(&few.torques) {
@@ -98,6 +107,47 @@ pub fn adapt(
     parts.ranges = parts.ranges.union(&ranges);
     parts.context_ranges.push(ranges);
     parts.provenance = provenance;
+    RobotModel::new(parts)
+}
+
+/// The same of a robot's parameters, in closed form: all rows count, and a context that is known learns more of its load.
+fn adapt_parameters(
+    model: &RobotModel,
+    posterior: &Arc<ParameterPosterior>,
+    name: &str,
+    samples: &Samples,
+    provenance: Provenance,
+) -> Result<RobotModel, TorqueError> {
+    let ranges = samples.ranges()?;
+    let mut parts = model.parts().clone();
+    let known = parts.contexts.iter().position(|context| context == name);
+    let grown = match known {
+        Some(context) => posterior.given(context, samples)?,
+        None if parts.contexts.is_empty() => {
+            let named = posterior.with_first_context(FIRST_CONTEXT)?;
+            parts.contexts.push(FIRST_CONTEXT.to_owned());
+            parts.context_ranges.push(parts.ranges.clone());
+            named.with_context(name)?.given(1, samples)?
+        }
+        None => (posterior.with_context(name)?).given(posterior.n_contexts(), samples)?,
+    };
+    match known {
+        Some(context) => {
+            parts.context_ranges[context] = parts.context_ranges[context].union(&ranges);
+        }
+        None => {
+            parts.contexts.push(name.to_owned());
+            parts.context_ranges.push(ranges.clone());
+        }
+    }
+    parts.ranges = parts.ranges.union(&ranges);
+    parts.provenance = provenance;
+    let grown = Arc::new(grown);
+    for (joint_idx, joint_model) in &mut parts.learned {
+        if let Some(joint) = SharedJoint::new(&grown, *joint_idx) {
+            *joint_model = JointModel::Shared(Box::new(joint));
+        }
+    }
     RobotModel::new(parts)
 }
 

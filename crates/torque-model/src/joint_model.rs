@@ -1,5 +1,7 @@
 //! The model of one joint's torque: the five that a file can hold.
 
+use std::sync::Arc;
+
 use faer::MatRef;
 use gp_core::fit::{
     BayesLinear, InformedFit, LinearForm, RigidBodyAndProcess, RigidBodyCovariance,
@@ -11,7 +13,7 @@ use mtgp::TaskFit;
 use crate::error::TorqueError;
 use crate::fit_summary::FitSummary;
 use crate::process::{Process, TaskProcess, TorqueFunction};
-use crate::rigid_body::SharedJoint;
+use crate::rigid_body::{ParameterPosterior, SharedJoint};
 use crate::rows::{RegressorRows, States};
 
 /// The model of one joint's torque.
@@ -84,6 +86,14 @@ impl JointModel {
     pub fn tasks(&self) -> Option<&TaskProcess> {
         match self {
             Self::Tasks(process) => Some(process),
+            _ => None,
+        }
+    }
+
+    /// The posterior of parameters that it shares with other joints; `None` for a model of its own.
+    pub fn posterior(&self) -> Option<&Arc<ParameterPosterior>> {
+        match self {
+            Self::Shared(joint) => Some(joint.posterior()),
             _ => None,
         }
     }

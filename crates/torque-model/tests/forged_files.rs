@@ -70,6 +70,7 @@ fn n_refused(model: &RobotModel, n_trials: usize) -> usize {
         ModelFileKind::OneContext => 0,
         ModelFileKind::ManyContexts => 1,
         ModelFileKind::RigidBody => 2,
+        ModelFileKind::SharedParameters => 3,
     };
     let payload = model.to_bytes().split_off(HEADER);
     assert_eq!(model.to_bytes(), framed((code << 16) | 1, &payload));

@@ -20,13 +20,9 @@ fn round_trip(model: &RobotModel) {
 
     let bits = |model: &RobotModel| -> Vec<u64> {
         let predictions = model.predict(0, x.as_ref()).unwrap();
-        let values = predictions.iter().flat_map(|joint| {
-            joint
-                .mean
-                .iter()
-                .chain(&joint.var)
-                .chain([&joint.noise_var])
-        });
+        let values = predictions
+            .iter()
+            .flat_map(|joint| joint.mean.iter().chain(&joint.var).chain(&joint.noise_var));
         values.map(|value| value.to_bits()).collect()
     };
     assert_eq!(bits(&loaded), bits(model));

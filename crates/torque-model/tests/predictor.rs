@@ -47,7 +47,7 @@ fn a_call_of_the_loop_says_to_the_bit_what_the_model_says_of_many_rows() {
                 for (place, joint) in expected.iter().enumerate() {
                     assert_eq!(mean[place].to_bits(), joint.mean[row].to_bits());
                     assert_eq!(var[place].to_bits(), joint.var[row].to_bits());
-                    assert_eq!(joint.noise_var, predictor.noise_vars()[place]);
+                    assert_eq!(joint.noise_var[0], predictor.noise_vars()[place]);
                 }
             }
         }

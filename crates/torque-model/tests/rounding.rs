@@ -219,8 +219,10 @@ pub fn bounds(model: &JointModel, context: usize, x: &[f64], mean: f64, var: f64
         JointModel::RigidBodyAndProcess(process) => {
             informed(&process.posterior, &process.rows, model, x, var)
         }
-        // A backward stable product and solve with a well-conditioned R of order p ≤ 17.
-        JointModel::Linear(_) => (1e3 * EPS * (1.0 + mean.abs()), 1e3 * EPS * var),
+        // A backward stable product, of a row with a root of order p ≤ 100 or a well-conditioned R of order p ≤ 17.
+        JointModel::Linear(_) | JointModel::Shared(_) => {
+            (1e3 * EPS * (1.0 + mean.abs()), 1e3 * EPS * var)
+        }
     }
 }
 

@@ -3,8 +3,10 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use torque_model::rigid_body::ParameterPosterior;
 use torque_model::{Adapt, JointTorques, RobotModel, Samples, TorqueError};
 
+use crate::body_table::body_rows;
 use crate::context::{COLUMN, listed};
 use crate::error::CliError;
 use crate::few_states::FewStates;
@@ -76,7 +78,10 @@ Exit status: 0, or 2 for bad input or usage; then there is one message and no ou
 /// Anything wrong with the options or a file, or a joint that cannot be learned; no output is left.
 pub fn run(args: &Args) -> Result<(), CliError> {
     output::check_not_an_input(&args.output, &[&args.data])?;
-    let model = ModelFile::load_several(&args.model)?;
+    let model = match ModelFile::load(&args.model)? {
+        of_robot if of_robot.rigid_body().is_some() => of_robot,
+        _ => ModelFile::load_several(&args.model)?,
+    };
     require_new(&args.context, &model)?;
     let mut table = Table::open_hashed(&args.data)?;
     let file = table.file().to_owned();
@@ -99,7 +104,16 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     };
     let grown = torque_model::adapt(&model, &args.context, &data.samples, how, provenance)
         .map_err(CliError::of_data(&file))?;
-    messages::report(report(&grown, &data.samples).map_err(CliError::of_data(&file))?);
+    messages::report(
+        report(&grown, &args.context, &data.samples).map_err(CliError::of_data(&file))?,
+    );
+    if let Some(posterior) = grown.rigid_body() {
+        let context = grown.number_of(&args.context);
+        let context = context.map_err(CliError::of_data(&file))?;
+        if let Some(load) = posterior.load_of(context) {
+            messages::report(load_table(posterior, load));
+        }
+    }
     let name = output.name().to_owned();
     output
         .write_all(&grown.to_bytes())
@@ -118,7 +132,7 @@ fn require_new(name: &str, model: &ModelFile) -> Result<(), CliError> {
             "--context `{name}`: a name is needed, without blanks around it"
         )));
     }
-    if model.contexts().iter().any(|known| known == name) {
+    if model.rigid_body().is_none() && model.contexts().iter().any(|known| known == name) {
         return Err(CliError::Usage(format!(
             "--context {name}: {} has it already; it has {}",
             model.file,
@@ -137,6 +151,9 @@ fn warn(
     data.warn(file);
     let x = data.samples.x.as_ref();
     warn_outside(model.ranges(), x, file, &columns.states.states);
+    if model.rigid_body().is_some() {
+        return Ok(());
+    }
     let ranks = model.tasks().map(|(_, of)| of.covariance().task().rank());
     let (n_rows, rank) = (x.nrows(), ranks.max().unwrap_or_default());
     if n_rows < rank {
@@ -149,30 +166,38 @@ fn warn(
     Ok(())
 }
 
+/// The ten parameters of a load with their standard deviations.
+fn load_table(posterior: &ParameterPosterior, load: usize) -> String {
+    let rows = body_rows(posterior, posterior.unknowns().load(load), None);
+    text_table::render(&["load", "value", "± one std", "unit"], &rows)
+}
+
 /// Errors at the rows: of the new context, and of the known one that does best.
-fn report(model: &RobotModel, samples: &Samples) -> Result<String, TorqueError> {
-    let new = model.contexts().len() - 1;
+fn report(model: &RobotModel, name: &str, samples: &Samples) -> Result<String, TorqueError> {
+    let new = model.number_of(name)?;
+    let others: Vec<usize> = (0..model.contexts().len())
+        .filter(|of| *of != new)
+        .collect();
+    let x = model.states_of(samples)?;
     let mut lines = Vec::new();
     for ((_, joint_model), joint) in model.learned().iter().zip(&samples.torques) {
         let error_of = |context| {
             let function = joint_model.function();
-            let mean = function.predict_mean(context, samples.x.as_ref())?;
-            Ok(root_mean_square(&mean, joint))
+            let mean = function.predict_mean(context, x.as_ref())?;
+            Ok::<f64, TorqueError>(root_mean_square(&mean, joint))
         };
-        let errors: Vec<f64> = (0..=new)
-            .map(error_of)
-            .collect::<Result<_, TorqueError>>()?;
-        let mut best = 0;
-        for context in 0..new {
-            if errors[context] < errors[best] {
-                best = context;
+        let mut best: Option<(usize, f64)> = None;
+        for other in &others {
+            let error = error_of(*other)?;
+            if best.is_none_or(|(_, least)| error < least) {
+                best = Some((*other, error));
             }
         }
         lines.push(vec![
             samples.name_of(joint).to_owned(),
-            format!("{:.4e}", errors[new]),
-            model.contexts()[best].clone(),
-            format!("{:.4e}", errors[best]),
+            format!("{:.4e}", error_of(new)?),
+            best.map_or("-".to_owned(), |(of, _)| model.contexts()[of].clone()),
+            best.map_or("-".to_owned(), |(_, error)| format!("{error:.4e}")),
         ]);
     }
     let header = ["joint", "RMSE (N·m)", "best known", "its RMSE (N·m)"];

@@ -103,11 +103,13 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let (data, numbers) = read(args, &model, &columns, table)?;
     warn(&file, &data, &columns, &model);
 
-    let x = data.samples.x.as_ref();
+    let x = model
+        .states_of(&data.samples)
+        .map_err(CliError::of_data(&file))?;
     let scores = Scores {
         torques: &data.samples.torques,
         joint_names: model.joint_names(),
-        predictions: model.predict_rows(&numbers, x, &file, 0)?,
+        predictions: model.predict_rows(&numbers, x.as_ref(), &file, 0)?,
     };
     match model.contexts() {
         [] => {
@@ -186,7 +188,7 @@ impl Scores<'_> {
                 &of(&torques.values),
                 &of(&joint.mean),
                 &of(&joint.var),
-                joint.noise_var,
+                &of(&joint.noise_var),
             ),
         };
         joints.map(score).collect()

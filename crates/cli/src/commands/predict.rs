@@ -7,6 +7,7 @@ use faer::MatRef;
 use crate::columns::StateColumns;
 use crate::degrees::DegreesWatch;
 use crate::error::CliError;
+use crate::memory_rows::MemoryRows;
 use crate::messages;
 use crate::model_file::ModelFile;
 use crate::output::{self, Output};
@@ -27,6 +28,8 @@ const BLOCK: usize = 1024;
 ///
 /// The standard deviation is that of the torque itself (latent); --observed adds the noise of a measurement.
 /// A warning counts the rows outside the range of the training data.
+/// A model whose friction remembers (rbd) needs the column t, and takes the rows in their order: as one motion, or
+/// as one for each entry of a column run; or columns of the states themselves (z0.5_1, …).
 /// A model of several contexts predicts each row in the one of its column `context`, or all in that of --context.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
@@ -101,6 +104,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         model: &model,
         columns: &columns,
         is_observed: args.observed,
+        memory: MemoryRows::new(&model, &table)?,
         states: Vec::new(),
         numbers: Vec::new(),
         copied: Vec::new(),
@@ -133,6 +137,8 @@ struct Job<'a> {
     ranges: RangeWatch<'a>,
     degrees: DegreesWatch,
     is_observed: bool,
+    /// What hysteresis the rows have.
+    memory: MemoryRows,
     /// States of the block, row-major.
     states: Vec<f64>,
     /// Numbers of the contexts of the block's rows.
@@ -162,8 +168,12 @@ impl Job<'_> {
             self.states.push(row.number(column)?);
         }
         let x = &self.states[first..];
-        self.degrees.see(&x[..self.model.n_joints()]);
+        let n_joints = self.model.n_joints();
+        self.degrees.see(&x[..n_joints]);
         self.ranges.see(x);
+        let context = self.numbers.last().copied().unwrap_or_default();
+        let z = self.memory.take(row, context, &x[n_joints..2 * n_joints])?;
+        self.states.extend_from_slice(z);
         let copied = self.result.copied_fields(row).map(str::to_owned);
         self.copied.push(copied.collect());
         Ok(())
@@ -171,7 +181,7 @@ impl Job<'_> {
 
     /// Predicts and writes the block, and empties it.
     fn write_block(&mut self, file: &str, output: &mut Output) -> Result<(), CliError> {
-        let (n_rows, n_covariates) = (self.copied.len(), self.columns.states.len());
+        let (n_rows, n_covariates) = (self.copied.len(), self.model.n_covariates());
         let x = MatRef::from_row_major_slice(&self.states, n_rows, n_covariates);
         let predictions = (self.model).predict_rows(&self.numbers, x, file, self.n_predicted)?;
         let mut numbers = Vec::with_capacity(2 * predictions.len());
@@ -179,7 +189,7 @@ impl Job<'_> {
             numbers.clear();
             for joint in &predictions {
                 let noise_var = if self.is_observed {
-                    joint.noise_var
+                    joint.noise_var[row]
                 } else {
                     0.0
                 };

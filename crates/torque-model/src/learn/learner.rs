@@ -7,6 +7,7 @@ use crate::joint_model::JointModel;
 use crate::learn::candidate::Candidate;
 use crate::parts::{ModelParts, RankSelection};
 use crate::provenance::Provenance;
+use crate::rigid_body::TermChoice;
 use crate::robot_model::RobotModel;
 use crate::robot_source::Robot;
 use crate::samples::{JointTorques, Samples};
@@ -23,6 +24,17 @@ pub trait Learn: Sync {
 
     /// The robot whose parameters it learns, if any.
     fn robot(&self) -> Option<&Robot> {
+        None
+    }
+
+    /// Learns all joints in one, for learners whose joints share what they learn; `None` of the others.
+    ///
+    /// Of any number of contexts.
+    fn together(
+        &self,
+        _samples: &Samples,
+        _watch: &dyn Watch,
+    ) -> Option<Result<Learned, TorqueError>> {
         None
     }
 
@@ -92,6 +104,8 @@ pub struct Learned {
     pub joints: Vec<LearnedJoint>,
     /// How the rank was chosen, if it was.
     pub selection: Option<RankSelection>,
+    /// How the friction terms were chosen, if they were.
+    pub terms: Option<TermChoice>,
 }
 
 /// One joint, learned.
@@ -117,6 +131,9 @@ pub fn learn_joints(
     watch: &dyn Watch,
 ) -> Result<Learned, TorqueError> {
     samples.check()?;
+    if let Some(learned) = learner.together(samples, watch) {
+        return learned;
+    }
     require_contexts(samples, learner)?;
     let of_joint = |joint: &JointTorques, cause: TorqueError| TorqueError::Joint {
         joint: samples.name_of(joint).to_owned(),
@@ -148,6 +165,7 @@ pub fn learn_joints(
             .map(keep)
             .collect::<Result<_, TorqueError>>()?,
         selection,
+        terms: None,
     })
 }
 
@@ -185,7 +203,11 @@ impl RobotModel {
         learned: Learned,
         provenance: Provenance,
     ) -> Result<Self, TorqueError> {
-        let (contexts, context_ranges) = if learner.is_of_many_contexts() {
+        let is_shared = learned
+            .joints
+            .iter()
+            .any(|of| of.model.posterior().is_some());
+        let (contexts, context_ranges) = if learner.is_of_many_contexts() || is_shared {
             (samples.contexts.clone(), samples.context_ranges()?)
         } else {
             (Vec::new(), Vec::new())

@@ -7,6 +7,7 @@ mod many_contexts;
 mod own_unit;
 mod process;
 mod rigid_body;
+mod shared_parameters;
 
 pub use candidate::{Candidate, TaskCandidate};
 pub use learner::{Learn, Learned, LearnedJoint, Silent, Watch, learn_joints};
@@ -15,3 +16,4 @@ pub use many_contexts::{ManyContexts, Ranks, Tasks, candidate_ranks};
 pub use own_unit::{InOwnUnit, own_unit};
 pub use process::SingleProcess;
 pub use rigid_body::{InformedJoint, RigidBody, RigidBodyForm};
+pub use shared_parameters::SharedParameters;

@@ -40,6 +40,17 @@ impl ParameterPosterior {
         })
     }
 
+    /// The posterior whose one context, of data that name none, has a name.
+    ///
+    /// # Errors
+    /// Numbers that overflow.
+    pub fn with_first_context(&self, name: &str) -> Result<Self, TorqueError> {
+        Self::new(PosteriorParts {
+            contexts: vec![name.to_owned()],
+            ..self.parts().clone()
+        })
+    }
+
     /// The posterior given rows of a context that it has, as if they had been there from the start with the noise
     /// that it has found.
     ///

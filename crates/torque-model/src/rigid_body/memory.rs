@@ -41,6 +41,19 @@ impl FrictionMemory {
         self.z.fill(0.0);
     }
 
+    /// Every joint travels straight from one position to another; the time that it takes does not matter.
+    ///
+    /// # Panics
+    /// If there are fewer positions than joints.
+    pub fn travel(&mut self, from: &[f64], to: &[f64]) {
+        let of_lengths = self.z.chunks_exact_mut(self.n_joints.max(1));
+        for (length, z) in self.lengths.iter().zip(of_lengths) {
+            for (joint, z) in z.iter_mut().enumerate() {
+                *z = next_hysteresis(*z, to[joint] - from[joint], 1.0, *length);
+            }
+        }
+    }
+
     /// Every joint moves at q̇ for `step` seconds; see [`next_hysteresis`].
     ///
     /// # Panics

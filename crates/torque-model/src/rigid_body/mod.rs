@@ -8,7 +8,11 @@
 //! What is learned is one normal posterior, in closed form.
 
 mod adapt;
+mod choice;
 mod correlation;
+mod provisional;
+pub use choice::TermChoice;
+pub use provisional::{Fitted, fit};
 mod design;
 mod evidence;
 mod fit;

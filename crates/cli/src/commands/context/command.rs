@@ -12,6 +12,7 @@ use torque_model::{RobotModel, Samples, TorqueError};
 
 use crate::commands::context::evidence::evidence_of;
 use crate::commands::context::held_out::Trials;
+use crate::commands::context::loads;
 use crate::context::columns_error;
 use crate::context_prior::PriorArg;
 use crate::error::CliError;
@@ -34,6 +35,8 @@ use crate::text_table;
 /// that change.
 /// "None of these" is the answer if, under every context, torques this far from the model's are less probable than
 /// --level; a model's own variance is often too small where it has no samples, and then it says so too soon.
+/// Of a model of a robot's parameters (rbd), all rows are one stretch, with the evidence of each known load and of one
+/// that is not known; the answer is the most probable of these.
 /// With --held-out, p-values are ranks among trials of known contexts instead: then it says so no more often than
 /// --level of the time, if motions and rows are like theirs.
 #[derive(clap::Args, Debug)]
@@ -102,8 +105,32 @@ Examples:
 JSON: {\"answer\": \"c3\" or null, \"n_rows\": …, \"n_in_total\": …, \"contexts\": [{\"context\": \"c1\",
 \"log_density\": …, \"probability\": …, \"p_value\": …}, …], \"rows\": [{\"context\": \"c3\",
 \"probabilities\": […]}, …]}.
+JSON of rbd: {\"answer\": \"c3\" or null, \"n_rows\": …, \"contexts\": [{\"context\": …, \"log_evidence\": …,
+\"probability\": …}, …], \"unknown\": {\"log_evidence\": …, \"probability\": …}}.
 
 Exit status: 0, or 2 for bad input or usage; then there is one message and no output file.";
+
+impl Args {
+    /// Refuses what a model of a robot's parameters has no use for.
+    ///
+    /// # Errors
+    /// Which option.
+    fn require_evidence_alone(&self) -> Result<(), CliError> {
+        let asked = [
+            ("--prior", self.prior.is_some()),
+            ("--switching", self.switching.is_some()),
+            ("--held-out", self.held_out.is_some()),
+            ("--output", self.output.is_some()),
+            ("--noise", self.noise > 0.0),
+        ];
+        let Some((option, _)) = asked.into_iter().find(|(_, is_asked)| *is_asked) else {
+            return Ok(());
+        };
+        Err(CliError::Usage(format!(
+            "{option} is for models of several processes (mgp, igp, pgp), not for rbd"
+        )))
+    }
+}
 
 /// What is written as JSON.
 #[derive(Serialize)]
@@ -140,6 +167,11 @@ struct OfRow {
 pub fn run(args: &Args) -> Result<(), CliError> {
     if let Some(output) = &args.output {
         output::check_not_an_input(output, &[&args.model, &args.data])?;
+    }
+    let model = ModelFile::load(&args.model)?;
+    if let Some(posterior) = model.rigid_body() {
+        args.require_evidence_alone()?;
+        return loads::run(&args.data, &args.tau_prefix, &model, posterior, &args.print);
     }
     let model = ModelFile::load_several(&args.model)?;
     let mut table = Table::open(&args.data)?;

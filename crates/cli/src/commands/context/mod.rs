@@ -3,5 +3,6 @@
 mod command;
 mod evidence;
 mod held_out;
+mod loads;
 
 pub use command::{Args, run};

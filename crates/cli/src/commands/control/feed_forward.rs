@@ -5,6 +5,7 @@ use std::path::Path;
 use faer::MatRef;
 use puma_dyn::motion::{FeedForward, GravityFeedForward, JointState, ModelFeedForward};
 use puma_dyn::{Context, DynError};
+use torque_model::rigid_body::FrictionMemory;
 use torque_model::{Predictor, Scratch, TorqueError};
 
 use crate::commands::control::reference::Reference;
@@ -34,6 +35,9 @@ pub struct Learned {
     scratch: Scratch,
     /// Number of the context.
     context: usize,
+    /// Friction's memory of the desired motion.
+    memory: FrictionMemory,
+    last_q: Option<Vec<f64>>,
     x: Vec<f64>,
     mean: Vec<f64>,
     var: Vec<f64>,
@@ -128,6 +132,7 @@ impl Learned {
         warn(&model, robot, reference);
         let context = match (model.contexts(), context) {
             ([], None) => 0,
+            ([_], None) => 0,
             ([], Some(asked)) => {
                 return Err(CliError::Usage(format!(
                     "--context {asked}: {whose} is a model of one context; leave --context out"
@@ -146,7 +151,9 @@ impl Learned {
         Ok(Self {
             scratch: predictor.scratch(),
             context,
-            x: vec![0.0; 3 * model.n_joints()],
+            memory: FrictionMemory::new(model.hysteresis_lengths(), model.n_joints()),
+            last_q: None,
+            x: vec![0.0; model.n_covariates()],
             mean: vec![0.0; n_learned],
             var: vec![0.0; n_learned],
             failure: None,
@@ -159,7 +166,15 @@ impl Learned {
     ///
     /// Where the model has none they are NaN, which stops the run, and the cause is kept.
     fn torques(&mut self, desired: &JointState, tau: &mut [f64]) {
-        let numbers = desired.q.iter().chain(&desired.qd).chain(&desired.qdd);
+        match &mut self.last_q {
+            Some(last) => {
+                self.memory.travel(last, &desired.q);
+                last.copy_from_slice(&desired.q);
+            }
+            None => self.last_q = Some(desired.q.clone()),
+        }
+        let state = desired.q.iter().chain(&desired.qd).chain(&desired.qdd);
+        let numbers = state.chain(self.memory.states());
         let x = self.x.iter_mut().zip(numbers);
         x.for_each(|(x, number)| *x = *number);
         let (scratch, mean, var) = (&mut self.scratch, &mut self.mean, &mut self.var);

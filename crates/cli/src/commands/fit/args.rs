@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 use mtgp::Criterion;
+use torque_model::rigid_body::TermSet;
 
 use crate::data_args::DataArgs;
 use crate::error::CliError;
@@ -45,11 +46,11 @@ pub struct Args {
     #[arg(long, value_enum)]
     pub criterion: Option<CriterionArg>,
 
-    /// Contexts whose robot carries nothing (rbd and rbd+gp)
+    /// Contexts in which the robot carries nothing (rbd); without, what is described may carry a tool
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub bare: Vec<String>,
 
-    /// Terms of the friction that is learned (rbd and rbd+gp) [default: auto]
+    /// Terms of the friction that is learned (rbd) [default: auto]
     #[arg(long, value_enum)]
     pub friction_terms: Option<FrictionTermsArg>,
 
@@ -90,9 +91,9 @@ pub enum ModelArg {
     Lrc,
     /// Linear regression
     Lr,
-    /// Parameters of --robot's links and drives, uncertain about their described values
+    /// Parameters of --robot's links, of each load and of friction, about their described values: for real robots
     Rbd,
-    /// The same, and a Gaussian process on what they leave
+    /// Parameters of links and drives, and a Gaussian process on what they leave, for one load
     #[value(name = "rbd+gp")]
     RbdGp,
     /// Gaussian process of several contexts whose relation is learned: the most accurate for them
@@ -124,19 +125,33 @@ impl ModelArg {
 /// Which terms friction is made of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum FrictionTermsArg {
-    /// What the data and the robot's description allow
+    /// For each joint the fewest that predict runs left out about as well as any
     #[default]
     Auto,
-    /// Signs of the speeds
+    /// Rotor, viscous, and a torque for each direction, which jumps: exact where friction is simulated so
     Signs,
-    /// Smooth signs of the speeds
+    /// Rotor, viscous, and a smooth change of direction
     Tanh,
-    /// The fewest terms
+    /// The same with an offset, a wider change of direction, and friction that remembers (needs the column t)
     Minimal,
-    /// The usual terms
+    /// The same with friction that grows with the load
     Standard,
-    /// All terms
+    /// The same with more widths and a longer memory
     Full,
+}
+
+impl FrictionTermsArg {
+    /// The library's name for it; none to choose.
+    pub fn terms(self) -> Option<TermSet> {
+        match self {
+            Self::Auto => None,
+            Self::Signs => Some(TermSet::Signs),
+            Self::Tanh => Some(TermSet::Tanh),
+            Self::Minimal => Some(TermSet::Minimal),
+            Self::Standard => Some(TermSet::Standard),
+            Self::Full => Some(TermSet::Full),
+        }
+    }
 }
 
 /// How the rank of K^ρ is found.
@@ -225,11 +240,11 @@ impl Args {
             _ if self.chapter && needs_robot => {
                 format!("--chapter goes with all models but rbd and rbd+gp, not {model}")
             }
-            _ if !self.bare.is_empty() && !needs_robot => {
-                format!("--bare goes with --model rbd and rbd+gp, not {model}")
+            _ if !self.bare.is_empty() && self.model != ModelArg::Rbd => {
+                format!("--bare goes with --model rbd, not {model}")
             }
-            _ if self.friction_terms.is_some() && !needs_robot => {
-                format!("--friction-terms goes with --model rbd and rbd+gp, not {model}")
+            _ if self.friction_terms.is_some() && self.model != ModelArg::Rbd => {
+                format!("--friction-terms goes with --model rbd, not {model}")
             }
             (Some(_), _) if !is_ranked => format!("--rank goes with --model mgp, not {model}"),
             (_, Some(_)) if !is_ranked => format!("--criterion goes with --model mgp, not {model}"),

@@ -102,7 +102,10 @@ fn read(
     let header = table.column_names();
     if args.model.is_of_robot() && asked.is_none() && header.iter().any(|name| name == COLUMN) {
         let data = columns.read_all(table, ContextColumn::of_any(file, &header)?)?;
-        return Ok(data.without_only_context());
+        return Ok(match args.model {
+            ModelArg::RbdGp => data.without_only_context(),
+            _ => data,
+        });
     }
     if !args.model.is_of_many_contexts() {
         return columns.read(table, asked);

@@ -3,11 +3,14 @@
 use gp_core::{FitOptions, LikelihoodOptions, Starts};
 use kernels::TorqueForm;
 use mtgp::MultiTaskOptions;
+use torque_model::Robot;
 use torque_model::learn::{
-    InOwnUnit, Learn, Linear, ManyContexts, Ranks, RigidBody, RigidBodyForm, SingleProcess, Tasks,
+    InOwnUnit, Learn, Linear, ManyContexts, Ranks, RigidBody, RigidBodyForm, SharedParameters,
+    SingleProcess, Tasks,
 };
+use torque_model::rigid_body::FitSettings;
 
-use crate::commands::fit::args::{Args, ModelArg, RankArg, StartsArg};
+use crate::commands::fit::args::{Args, FrictionTermsArg, ModelArg, RankArg, StartsArg};
 use crate::error::CliError;
 
 /// The learner, with the robot that its parameters are of, if any.
@@ -20,8 +23,8 @@ pub fn learner(args: &Args) -> Result<Box<dyn Learn>, CliError> {
         ModelArg::Gp => process(args, TorqueForm::Smooth),
         ModelArg::Lrc => Box::new(linear(args, Linear::coulomb())),
         ModelArg::Lr => Box::new(linear(args, Linear::smooth())),
-        ModelArg::Rbd => Box::new(rigid_body(args, RigidBodyForm::Alone)?),
-        ModelArg::RbdGp => Box::new(rigid_body(args, RigidBodyForm::WithProcess)?),
+        ModelArg::Rbd => Box::new(shared_parameters(args)?),
+        ModelArg::RbdGp => Box::new(rigid_body(args)?),
         ModelArg::Mgp => many_contexts(args, Tasks::Transfer(ranks(args))),
         ModelArg::Igp => many_contexts(args, Tasks::Independent),
         ModelArg::Pgp => many_contexts(args, Tasks::Pooled),
@@ -46,13 +49,34 @@ fn process(args: &Args, form: TorqueForm) -> Box<dyn Learn> {
     of_unit(args, SingleProcess { form, options }, likelihood)
 }
 
-fn rigid_body(args: &Args, form: RigidBodyForm) -> Result<RigidBody, CliError> {
+fn robot(args: &Args) -> Result<Robot, CliError> {
     let Some(request) = args.robot.request() else {
         return Err(CliError::Usage(format!(
             "--model {} needs the robot whose parameters it learns: --robot FILE.urdf or puma560",
             args.model.name()
         )));
     };
+    request.load_with_source()
+}
+
+fn shared_parameters(args: &Args) -> Result<SharedParameters, CliError> {
+    let robot = robot(args)?;
+    let settings = FitSettings {
+        bare: args
+            .bare
+            .iter()
+            .map(|name| name.trim().to_owned())
+            .collect(),
+        ..FitSettings::default()
+    };
+    Ok(SharedParameters {
+        robot,
+        terms: args.friction_terms.and_then(FrictionTermsArg::terms),
+        settings,
+    })
+}
+
+fn rigid_body(args: &Args) -> Result<RigidBody, CliError> {
     let mut options = FitOptions {
         starts: match args.starts {
             StartsArg::Chapter => Starts::Chapter,
@@ -61,7 +85,11 @@ fn rigid_body(args: &Args, form: RigidBodyForm) -> Result<RigidBody, CliError> {
         ..FitOptions::several()
     };
     options.likelihood.method = args.method.method();
-    Ok(RigidBody::new(request.load_with_source()?, form, options))
+    Ok(RigidBody::new(
+        robot(args)?,
+        RigidBodyForm::WithProcess,
+        options,
+    ))
 }
 
 fn many_contexts(args: &Args, tasks: Tasks) -> Box<dyn Learn> {

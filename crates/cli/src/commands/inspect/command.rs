@@ -68,6 +68,7 @@ fn description(model: &RobotModel) -> Description {
             ModelFileKind::OneContext => "one context",
             ModelFileKind::ManyContexts => "several contexts",
             ModelFileKind::RigidBody => "one context with a rigid-body prior",
+            ModelFileKind::SharedParameters => "parameters of a robot, shared by joints and loads",
         },
         program: provenance.program.clone(),
         data_sha256: hex(&provenance.data_sha256),

@@ -1,0 +1,40 @@
+//! The ten inertial parameters of a body as lines of a table.
+
+use std::ops::Range;
+
+use torque_model::rigid_body::ParameterPosterior;
+
+/// Names and units of the ten parameters, in their order.
+pub const PARAMETERS: [(&str, &str); 10] = [
+    ("m", "kg"),
+    ("m cx", "kg m"),
+    ("m cy", "kg m"),
+    ("m cz", "kg m"),
+    ("Ixx", "kg m²"),
+    ("Ixy", "kg m²"),
+    ("Iyy", "kg m²"),
+    ("Ixz", "kg m²"),
+    ("Iyz", "kg m²"),
+    ("Izz", "kg m²"),
+];
+
+/// Lines with name, value, standard deviation and unit of some unknowns, about what is described of them.
+pub fn body_rows(
+    posterior: &ParameterPosterior,
+    unknowns: Range<usize>,
+    described: Option<&[f64]>,
+) -> Vec<Vec<String>> {
+    let std = posterior.std();
+    let lines = unknowns.zip(PARAMETERS).enumerate();
+    lines
+        .map(|(place, (unknown, (name, unit)))| {
+            let known = described.map_or(0.0, |described| described[place]);
+            vec![
+                name.to_owned(),
+                format!("{:.4e}", known + posterior.mean()[unknown]),
+                format!("{:.1e}", std[unknown]),
+                unit.to_owned(),
+            ]
+        })
+        .collect()
+}
