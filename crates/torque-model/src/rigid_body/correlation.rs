@@ -5,8 +5,8 @@ use linalg::sums::dot;
 /// Least autocorrelation that counts.
 const LEAST: f64 = 0.03;
 /// Longest lag, s, and in rows where there is no time.
-const LONGEST_SECONDS: f64 = 1.8;
-const LONGEST_ROWS: usize = 60;
+pub(crate) const LONGEST_SECONDS: f64 = 1.8;
+pub(crate) const LONGEST_ROWS: usize = 60;
 /// Rows that tell as much as one at least: those of so many seconds, or so many where there is no time.
 pub const LEAST_SECONDS: f64 = 0.3;
 const LEAST_ROWS: f64 = 10.0;

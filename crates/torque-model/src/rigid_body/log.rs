@@ -82,6 +82,19 @@ impl<'a> Log<'a> {
         part
     }
 
+    /// The same runs, of whose rows only some count, by their places among those of all runs.
+    #[must_use]
+    pub fn counting(&self, counts: impl Fn(usize) -> bool) -> Self {
+        let mut part = self.clone();
+        let n_joints = self.samples.n_joints();
+        for (place, used) in part.used.chunks_exact_mut(n_joints).enumerate() {
+            if !counts(place) {
+                used.fill(false);
+            }
+        }
+        part
+    }
+
     /// Rows of all runs.
     pub fn n_rows(&self) -> usize {
         self.runs.last().map_or(0, |run| run.span.end)
