@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use faer::{Mat, MatRef};
+use faer::Mat;
 use linalg::Factor;
 use puma_dyn::Model;
 
@@ -180,15 +180,5 @@ impl ParameterPosterior {
         let all: Vec<usize> = (0..self.mean.len()).collect();
         let root = self.root_of(&all);
         root.col_iter().map(|column| column.norm_l2()).collect()
-    }
-
-    /// L⁻¹ S aᵀ of rows a: (p, n) of (n, p).
-    pub(crate) fn whitened(&self, rows: MatRef<'_, f64>) -> Mat<f64> {
-        let std = &self.parts.prior_std;
-        let mut scaled = Mat::from_fn(rows.ncols(), rows.nrows(), |row, col| {
-            std[row] * rows[(col, row)]
-        });
-        self.factor.half_solve_in_place(scaled.as_mut());
-        scaled
     }
 }

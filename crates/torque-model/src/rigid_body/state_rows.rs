@@ -187,4 +187,27 @@ impl ParameterPosterior {
         }
         root
     }
+
+    /// Entries of a state's row for some unknowns, (k, 1).
+    #[cfg(test)]
+    pub(crate) fn row_of(
+        &self,
+        joint: usize,
+        context: usize,
+        state: MatRef<'_, f64>,
+        unknowns: &[usize],
+    ) -> Mat<f64> {
+        let load = self.load_of(context);
+        let rows = self.joint_rows(joint, load, state);
+        let own = self.unknowns().own(joint);
+        let carrier = self.unknowns().carrier_of(joint).map_or(0, |of| of.start);
+        let entry = |unknown: usize| match own.iter().position(|of| *of == unknown) {
+            Some(place) => rows.columns[(0, place)],
+            None => {
+                let first = load.map_or(0, |load| self.unknowns().load(load).start);
+                rows.columns[(0, carrier + unknown - first)]
+            }
+        };
+        Mat::from_fn(unknowns.len(), 1, |row, _| entry(unknowns[row]))
+    }
 }

@@ -235,6 +235,9 @@ fn learn(
         .install(|| learn_joints(samples, learner, &progress))
         .map_err(CliError::of_data(file))?;
     messages::report(report::table(samples, &learned, &progress));
+    if let Some(choice) = &learned.terms {
+        messages::report(report::terms(samples, choice));
+    }
     if let Some(RankSelection { criterion, values }) = &learned.selection {
         let values: Vec<String> = values
             .iter()

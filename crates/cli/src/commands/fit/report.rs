@@ -2,6 +2,7 @@
 
 use torque_model::Samples;
 use torque_model::learn::{Learned, LearnedJoint};
+use torque_model::rigid_body::TermChoice;
 
 use crate::commands::fit::progress::Progress;
 use crate::text_table;
@@ -51,4 +52,29 @@ fn entries(joint: &LearnedJoint, name: &str, n_samples: usize, seconds: f64) -> 
         format!("{seconds:.1}"),
         entry(bounds),
     ]
+}
+
+/// What left-out parts say of each set of friction terms, a line for each joint.
+pub fn terms(samples: &Samples, choice: &TermChoice) -> String {
+    let sets = choice.scores.iter().map(|(set, _)| set.name());
+    let header: Vec<&str> = ["joint", "friction terms"]
+        .into_iter()
+        .chain(sets)
+        .collect();
+    let row = |joint_idx: usize| {
+        let scores = choice.scores.iter().map(|(_, of_joints)| {
+            let score = of_joints[joint_idx].map(f64::exp);
+            score.map_or_else(|| "-".to_owned(), |nmse| format!("{nmse:.2e}"))
+        });
+        let names = [
+            samples.joint_names[joint_idx].clone(),
+            choice.kept[joint_idx].name().to_owned(),
+        ];
+        names.into_iter().chain(scores).collect()
+    };
+    let rows: Vec<Vec<String>> = samples.torques.iter().map(|of| row(of.joint_idx)).collect();
+    format!(
+        "nMSE of what was left out, the geometric mean, with each set of friction terms:\n{}",
+        text_table::render(&header, &rows)
+    )
 }
