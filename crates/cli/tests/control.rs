@@ -76,8 +76,10 @@ fn the_better_the_feed_forward_the_smaller_the_error() {
         rigid_body < 0.1 * learned,
         "{rigid_body:e} {learned:e} {exact:e}"
     );
-    let refused = folder.refusal(&format!("{CONTROL} --feed-forward rbd.tgp --context c3"));
-    assert!(refused.contains("leave --context out"), "{refused}");
+    // The model knows the context that it was learned from, and no other.
+    folder.run(&format!("{CONTROL} --feed-forward rbd.tgp --context c3"));
+    let refused = folder.refusal(&format!("{CONTROL} --feed-forward rbd.tgp --context c4"));
+    assert!(refused.contains("does not have it; it has"), "{refused}");
 }
 
 #[test]

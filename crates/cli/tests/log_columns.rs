@@ -149,10 +149,7 @@ fn options_of_the_robots_parameters_go_with_them_alone() {
     for option in ["--bare c", "--friction-terms signs"] {
         let said = folder.refusal(&format!("{FIT} {option}"));
         let name = option.split(' ').next().unwrap();
-        assert_eq!(
-            said,
-            format!("{name} goes with --model rbd and rbd+gp, not lrc")
-        );
+        assert_eq!(said, format!("{name} goes with --model rbd, not lrc"));
     }
 }
 

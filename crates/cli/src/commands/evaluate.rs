@@ -50,7 +50,8 @@ Examples:
 JSON: {\"n_samples\": …, \"rows\": …, \"joints\": [{\"joint\": \"joint1\", \"nmse\": …, \"rmse\": …,
 \"mean_log_predictive_density\": …, \"coverage_95\": …}, …]}; nmse is null where the measured torques are all equal.
 Of a model of several contexts, every context's rows are judged by themselves, with their mean over the contexts:
-{\"n_samples\": …, \"rows\": …, \"contexts\": [{\"context\": \"c1\", \"n_samples\": …, \"joints\": […]}, …], \"average\": […]}.
+{\"n_samples\": …, \"rows\": …, \"contexts\": [{\"context\": \"c1\", \"n_samples\": …, \"joints\": […]}, …], \"average\": […]};
+where only one of them has rows, \"joints\" stands at the top, too.
 
 Exit status: 0, or 2 for bad input or usage; then there is one message.";
 
@@ -63,7 +64,7 @@ struct Evaluation {
     joints: Vec<JointScore>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Clone)]
 struct JointScore {
     joint: String,
     #[serde(flatten)]
@@ -77,6 +78,9 @@ struct ContextEvaluation {
     /// The same number.
     rows: usize,
     contexts: Vec<ContextScores>,
+    /// The scores of the only context that has rows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joints: Option<Vec<JointScore>>,
     /// Means over the contexts, of nMSE over those that have one.
     average: Vec<JointScore>,
 }
@@ -221,6 +225,10 @@ impl ContextEvaluation {
             n_samples: numbers.len(),
             rows: numbers.len(),
             average: (0..n_joints).map(average).collect(),
+            joints: match contexts.as_slice() {
+                [only] => Some(only.joints.clone()),
+                _ => None,
+            },
             contexts,
         }
     }

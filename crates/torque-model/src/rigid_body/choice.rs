@@ -23,7 +23,7 @@ const MOST_FOLDS: usize = 24;
 const FEWEST_RUNS: usize = 3;
 const BLOCKS: usize = 5;
 /// Rows of a block that it takes to judge by it.
-const BLOCK_ROWS: usize = 20;
+const BLOCK_ROWS: usize = 4;
 
 /// How the friction terms of each joint were chosen.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +45,7 @@ struct Fold<'a> {
 /// Chooses each joint's friction terms by leaving out one run after another, or blocks in time of fewer than three runs.
 ///
 /// ```text
-/// score = mean over parts left out of log(mean (y − ŷ)²/var y),  on rows that count, where there are 50 (20 of a block)
+/// score = mean over parts left out of log(mean (y − ŷ)²/var y),  on rows that count, where there are 50 (4 of a block)
 /// ```
 /// The first of tanh, minimal, standard and full within 0.05 of the least; signs where they are better than all of these
 /// by more than 1. A joint that fewer than two parts can judge keeps the minimal set, or tanh where nothing says how

@@ -3,6 +3,7 @@
 use gp_core::{FitOptions, LikelihoodOptions, Starts};
 use kernels::TorqueForm;
 use mtgp::MultiTaskOptions;
+use puma_dyn::Effects;
 use torque_model::Robot;
 use torque_model::learn::{
     InOwnUnit, Learn, Linear, ManyContexts, Ranks, RigidBody, RigidBodyForm, SharedParameters,
@@ -61,6 +62,13 @@ fn robot(args: &Args) -> Result<Robot, CliError> {
 
 fn shared_parameters(args: &Args) -> Result<SharedParameters, CliError> {
     let robot = robot(args)?;
+    if robot.effects != Effects::ALL {
+        return Err(CliError::Usage(
+            "--model rbd learns friction and rotors whatever is described of them: leave --friction and \
+             --no-rotor-inertia out; --friction-terms says which terms"
+                .to_owned(),
+        ));
+    }
     let settings = FitSettings {
         bare: args
             .bare
