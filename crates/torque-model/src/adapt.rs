@@ -131,14 +131,11 @@ fn adapt_parameters(
         }
         None => (posterior.with_context(name)?).given(posterior.n_contexts(), samples)?,
     };
-    match known {
-        Some(context) => {
-            parts.context_ranges[context] = parts.context_ranges[context].union(&ranges);
-        }
-        None => {
-            parts.contexts.push(name.to_owned());
-            parts.context_ranges.push(ranges.clone());
-        }
+    if let Some(context) = known {
+        parts.context_ranges[context] = parts.context_ranges[context].union(&ranges);
+    } else {
+        parts.contexts.push(name.to_owned());
+        parts.context_ranges.push(ranges.clone());
     }
     parts.ranges = parts.ranges.union(&ranges);
     parts.provenance = provenance;

@@ -40,6 +40,32 @@ impl TrainingRanges {
         })
     }
 
+    /// The ranges of the columns of some rows of `x`, (n, 3ℓ), without a copy of them.
+    ///
+    /// # Errors
+    /// As for [`TrainingRanges::of`].
+    /// # Panics
+    /// If there is no such row.
+    pub fn of_rows(x: MatRef<'_, f64>, rows: &[usize]) -> Result<Self, TorqueError> {
+        let Some(first) = rows.first() else {
+            let (n_samples, needed) = (0, 1);
+            return Err(GpError::TooFewSamples { n_samples, needed }.into());
+        };
+        gp_core::data::require_finite_inputs(x)?;
+        let extreme = |pick: fn(f64, f64) -> f64| {
+            let of_column = |col: usize| {
+                let values = rows.iter().map(|row| x[(*row, col)]);
+                values.fold(x[(*first, col)], pick)
+            };
+            (0..x.ncols()).map(of_column).collect()
+        };
+        Ok(Self {
+            min: extreme(f64::min),
+            max: extreme(f64::max),
+            n_samples: rows.len(),
+        })
+    }
+
     /// Given ranges of `n_samples` samples.
     ///
     /// # Errors

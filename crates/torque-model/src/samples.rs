@@ -91,7 +91,7 @@ impl Samples {
     pub fn context_ranges(&self) -> Result<Vec<TrainingRanges>, TorqueError> {
         let of_context = |context: usize| {
             let rows = rows_in(&self.context_of, context);
-            TrainingRanges::of(picked(self.x.as_ref(), &rows).as_ref())
+            TrainingRanges::of_rows(self.x.as_ref(), &rows)
         };
         (0..self.contexts.len()).map(of_context).collect()
     }

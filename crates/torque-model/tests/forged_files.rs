@@ -14,6 +14,7 @@ use torque_model::{
 
 use crate::multi_task_models::model as many_loads;
 use crate::rigid_body_models::small_rigid_body;
+use crate::shared_parameters;
 use crate::torque_models::{provenance, summary};
 
 const HEADER: usize = 52;
@@ -113,7 +114,11 @@ fn n_refused(model: &RobotModel, n_trials: usize) -> usize {
 fn payloads_altered_behind_a_valid_checksum_are_refused_or_still_predict() {
     let found = n_refused(&small_model(), 20_000);
     assert!(found > 4_000, "{found}");
-    for model in [many_loads(12, false), small_rigid_body()] {
+    for model in [
+        many_loads(12, false),
+        small_rigid_body(),
+        shared_parameters::model(),
+    ] {
         let found = n_refused(&model, 1_000);
         assert!(found > 200, "{found}");
     }
@@ -151,7 +156,7 @@ fn version_zero_with_a_valid_checksum_is_malformed() {
 fn a_kind_that_is_not_known_is_named_and_another_payload_is_malformed() {
     let payload = small_model().to_bytes().split_off(HEADER);
     let of_kind = |code: u32| framed((code << 16) | FORMAT_VERSION, &payload);
-    for code in [1, 2] {
+    for code in [1, 2, 3] {
         let error = RobotModel::from_bytes(&of_kind(code)).unwrap_err();
         assert!(
             matches!(error, ModelFileError::Malformed { .. }),
@@ -159,10 +164,10 @@ fn a_kind_that_is_not_known_is_named_and_another_payload_is_malformed() {
         );
     }
     for error in [
-        ModelFileKind::of(&of_kind(3)).unwrap_err(),
-        RobotModel::from_bytes(&of_kind(3)).unwrap_err(),
+        ModelFileKind::of(&of_kind(4)).unwrap_err(),
+        RobotModel::from_bytes(&of_kind(4)).unwrap_err(),
     ] {
-        assert_eq!(error, malformed("kind 3 of model"));
+        assert_eq!(error, malformed("kind 4 of model"));
     }
     let kind = ModelFileKind::of(&of_kind(0));
     assert_eq!(kind, Ok(ModelFileKind::OneContext));

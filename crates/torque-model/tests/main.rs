@@ -19,5 +19,6 @@ mod predictor;
 mod rigid_body_file;
 mod rigid_body_models;
 mod rounding;
+mod shared_parameters;
 mod threads;
 mod torque_models;

@@ -175,18 +175,7 @@ impl SharedRecord {
         let terms: Vec<FrictionTerm> = (self.terms.into_iter())
             .map(TermRecord::into_term)
             .collect::<Result<_, _>>()?;
-        // Each load is carried in a context, so the contexts bound their number.
-        let n_loads = self
-            .loads
-            .iter()
-            .flatten()
-            .map(|load| load.saturating_add(1))
-            .max();
-        let n_loads = n_loads.unwrap_or(0);
-        let fits = n_loads <= self.loads.len() && self.loads.len() == self.contexts.len().max(1);
-        require(fits, || {
-            format!("{n_loads} loads of {} contexts", self.contexts.len())
-        })?;
+        let n_loads = n_loads(&self.loads, &self.contexts)?;
         let unknowns = Unknowns::new(&robot, terms).with_loads(n_loads);
         let p = unknowns.len();
         require_values(
@@ -202,23 +191,18 @@ impl SharedRecord {
         if let Some(step) = self.step {
             require_values("step", &[step], 1)?;
         }
-        let entry = |row: usize, col: usize| {
-            let (low, high) = (row.min(col), row.max(col));
-            self.h[high * (high + 1) / 2 + low]
-        };
-        let joints = (self.joints.into_iter())
-            .map(|joint| joint.map(LearnedRecord::into_learned).transpose())
-            .collect::<Result<_, _>>()?;
         let posterior = ParameterPosterior::new(PosteriorParts {
             robot: Arc::new(robot),
-            h: Mat::from_fn(p, p, entry),
+            h: symmetric(&self.h, p),
             unknowns,
             described: self.described,
             contexts: self.contexts.clone(),
             loads: self.loads,
             prior_std: self.prior_std,
             b: self.b,
-            joints,
+            joints: (self.joints.into_iter())
+                .map(|joint| joint.map(LearnedRecord::into_learned).transpose())
+                .collect::<Result<_, _>>()?,
             step: self.step,
         });
         let posterior = Arc::new(posterior.map_err(malformed)?);
@@ -237,6 +221,29 @@ impl SharedRecord {
             provenance: self.provenance,
         })
     }
+}
+
+/// Number of loads; each is carried in a context, which bounds it.
+fn n_loads(loads: &[Option<usize>], contexts: &[String]) -> Result<usize, ModelFileError> {
+    let largest = loads
+        .iter()
+        .flatten()
+        .map(|load| load.saturating_add(1))
+        .max();
+    let n_loads = largest.unwrap_or(0);
+    let fits = n_loads <= loads.len() && loads.len() == contexts.len().max(1);
+    require(fits, || {
+        format!("{n_loads} loads of {} contexts", contexts.len())
+    })?;
+    Ok(n_loads)
+}
+
+/// The symmetric matrix of a lower triangle, row after row.
+fn symmetric(lower: &[f64], order: usize) -> Mat<f64> {
+    Mat::from_fn(order, order, |row, col| {
+        let (low, high) = (row.min(col), row.max(col));
+        lower[high * (high + 1) / 2 + low]
+    })
 }
 
 fn shared(posterior: &Arc<ParameterPosterior>, joint: usize) -> Option<JointModel> {

@@ -82,9 +82,13 @@ impl SharedParameters {
             .iter()
             .map(|of| samples.name_of(of))
             .collect();
-        names.iter().for_each(|name| watch.begins(name));
+        for name in &names {
+            watch.begins(name);
+        }
         let fitted = fit(robot, samples, self.terms, &self.settings)?;
-        names.iter().for_each(|name| watch.learned(name));
+        for name in names {
+            watch.learned(name);
+        }
         let posterior = Arc::new(fitted.posterior);
         let of_joint = |joint_idx| {
             let joint = SharedJoint::new(&posterior, joint_idx)?;

@@ -6,7 +6,7 @@ use puma_dyn::Model;
 use rayon::prelude::*;
 
 use crate::error::TorqueError;
-use crate::rigid_body::correlation::{ENOUGH_ROWS, LONGEST_ROWS, LONGEST_SECONDS};
+use crate::rigid_body::correlation::{ENOUGH_ROWS, longest_lag};
 use crate::rigid_body::design::Design;
 use crate::rigid_body::fit::{FitSettings, fit_passes};
 use crate::rigid_body::log::Log;
@@ -206,7 +206,7 @@ fn blocks<'a>(log: &Log<'a>) -> Vec<Fold<'a>> {
     let of_run = |run: usize| {
         let (rows, step) = (log.runs[run].span.clone(), log.runs[run].step);
         let length = rows.len().div_ceil(n_blocks).max(1);
-        let lags = step.map_or(LONGEST_ROWS, |step| (LONGEST_SECONDS / step) as usize);
+        let lags = longest_lag(step);
         let gap = lags.min(length / 2);
         (0..n_blocks).map(move |block| {
             let start = (rows.start + block * length).min(rows.end);

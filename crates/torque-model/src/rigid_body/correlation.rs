@@ -5,8 +5,8 @@ use linalg::sums::dot;
 /// Least autocorrelation that counts.
 const LEAST: f64 = 0.03;
 /// Longest lag, s, and in rows where there is no time.
-pub(crate) const LONGEST_SECONDS: f64 = 1.8;
-pub(crate) const LONGEST_ROWS: usize = 60;
+const LONGEST_SECONDS: f64 = 1.8;
+const LONGEST_ROWS: usize = 60;
 /// Rows that tell as much as one at least: those of so many seconds, or so many where there is no time.
 pub const LEAST_SECONDS: f64 = 0.3;
 const LEAST_ROWS: f64 = 10.0;
@@ -38,9 +38,7 @@ pub fn correlation_of_run(run: RunRows<'_>) -> f64 {
         step,
     } = run;
     let n = used.iter().filter(|used| **used).count();
-    let longest = step.map_or(LONGEST_ROWS, |step| {
-        (LONGEST_SECONDS / step + 1e-9) as usize
-    });
+    let longest = longest_lag(step);
     let power = dot(residuals, residuals) / n.max(1) as f64;
     if power <= 0.0 {
         return 1.0;
@@ -65,6 +63,18 @@ pub fn correlation_of_run(run: RunRows<'_>) -> f64 {
         c += 2.0 * rho.min(1.0);
     }
     c
+}
+
+/// The longest lag that counts: 1.8 s in rows, or 60 rows without time.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a positive number of rows, at most that of a run"
+)]
+pub(crate) fn longest_lag(step: Option<f64>) -> usize {
+    step.map_or(LONGEST_ROWS, |step| {
+        (LONGEST_SECONDS / step + 1e-9) as usize
+    })
 }
 
 /// The least c: 0.3 s in rows, ten rows where a run has no time.

@@ -144,7 +144,9 @@ impl<'a> Design<'a> {
                 .par_iter_mut()
                 .enumerate()
                 .for_each(|(joint, state)| {
-                    panels.iter().for_each(|panel| visit(state, joint, panel));
+                    for panel in &panels {
+                        visit(state, joint, panel);
+                    }
                 });
         }
     }

@@ -37,6 +37,14 @@ impl LoadEvidence {
     }
 }
 
+/// Rows of a joint, standardised by the noise, with their residuals and the sum of their log variances.
+#[derive(Default)]
+struct OfJoint {
+    blocks: Vec<Mat<f64>>,
+    residuals: Vec<f64>,
+    log_var: f64,
+}
+
 impl ParameterPosterior {
     /// Evidence of a stretch of rows under each context and under an unknown load.
     ///
@@ -71,13 +79,6 @@ impl ParameterPosterior {
     ) -> Result<f64, TorqueError> {
         let (parts, unknowns) = (self.parts(), self.unknowns());
         let design = Design::new(&parts.robot, unknowns, &parts.described, log)?;
-        // Of each joint its own rows, standardised by the noise, with residuals and log variances.
-        #[derive(Default)]
-        struct OfJoint {
-            blocks: Vec<Mat<f64>>,
-            residuals: Vec<f64>,
-            log_var: f64,
-        }
         let mut of_joints: Vec<OfJoint> = (0..unknowns.n_joints())
             .map(|_| OfJoint::default())
             .collect();

@@ -225,7 +225,7 @@ fn rows_per_independent_row() {
         let of_runs = expected
             .iter()
             .filter(|row| row["case"] == *case && row["run"] != "all");
-        let data: Vec<(Vec<f64>, Vec<bool>, Option<f64>, f64)> = of_runs
+        let data: Vec<_> = of_runs
             .map(|row| {
                 let rows = residuals.iter().filter(|of| is_of(of, case, &row["run"]));
                 let used: Vec<bool> = rows.clone().map(|of| number(of, "used") > 0.5).collect();
@@ -233,7 +233,7 @@ fn rows_per_independent_row() {
                     .zip(&used)
                     .map(|(of, used)| if *used { number(of, "x") } else { 0.0 });
                 (
-                    x.collect(),
+                    x.collect::<Vec<f64>>(),
                     used,
                     row["step_s"].parse().ok(),
                     number(row, "c"),
@@ -363,7 +363,7 @@ fn unknown(posterior: &ParameterPosterior, row: &BTreeMap<String, String>) -> us
                 + parameter()
         }
         _ => {
-            let joint = if row["of"] == "joint2" { 1 } else { 0 };
+            let joint = usize::from(row["of"] == "joint2");
             let term = TERMS.iter().position(|name| *name == row["index"]).unwrap();
             unknowns.friction(joint).start + term
         }
@@ -542,43 +542,47 @@ fn variances_of_low_rank() {
     }
 }
 
+/// The first forty rows of two runs.
+fn short_runs(train: &Samples) -> Samples {
+    let part = runs(train, &["f1", "a1"]);
+    let (mut seen, mut rows) = (BTreeMap::new(), Vec::new());
+    for row in 0..part.n_rows() {
+        let count = seen.entry(part.timeline.run_of[row]).or_insert(0);
+        *count += 1;
+        if *count <= 40 {
+            rows.push(row);
+        }
+    }
+    part.rows(&rows)
+}
+
+/// The same rows without times, but with the states of hysteresis.
+fn timeless(train: &Samples) -> Samples {
+    let unknowns = super::Unknowns::new(&arm(), TermSet::Full.terms().to_vec());
+    let states = states_with_memory(train, &unknowns).unwrap();
+    let of_length = |first: usize| -> Vec<f64> {
+        (0..train.n_rows())
+            .flat_map(|row| [states[(row, first)], states[(row, first + 1)]])
+            .collect()
+    };
+    let mut timeless = train.clone();
+    timeless.timeline.hysteresis = vec![
+        HysteresisColumns {
+            length: 5e-4,
+            z: of_length(6),
+        },
+        HysteresisColumns {
+            length: 2e-3,
+            z: of_length(8),
+        },
+    ];
+    timeless.timeline.t.clear();
+    timeless
+}
+
 #[test]
 fn fits_at_the_edges() {
     let train = samples("c_train.csv");
-    let short = {
-        let part = runs(&train, &["f1", "a1"]);
-        let (mut seen, mut rows) = (BTreeMap::new(), Vec::new());
-        for row in 0..part.n_rows() {
-            let count = seen.entry(part.timeline.run_of[row]).or_insert(0);
-            *count += 1;
-            if *count <= 40 {
-                rows.push(row);
-            }
-        }
-        part.rows(&rows)
-    };
-    let timeless = {
-        let unknowns = super::Unknowns::new(&arm(), TermSet::Full.terms().to_vec());
-        let states = states_with_memory(&train, &unknowns).unwrap();
-        let of_length = |first: usize| -> Vec<f64> {
-            (0..train.n_rows())
-                .flat_map(|row| [states[(row, first)], states[(row, first + 1)]])
-                .collect()
-        };
-        let mut timeless = train.clone();
-        timeless.timeline.hysteresis = vec![
-            HysteresisColumns {
-                length: 5e-4,
-                z: of_length(6),
-            },
-            HysteresisColumns {
-                length: 2e-3,
-                z: of_length(8),
-            },
-        ];
-        timeless.timeline.t.clear();
-        timeless
-    };
     let cases: [(&str, Samples, &[&str]); 6] = [
         ("one run f1", runs(&train, &["f1"]), &["free"]),
         (
@@ -592,8 +596,12 @@ fn fits_at_the_edges() {
             &[],
         ),
         ("joint 2 never moves (f2)", runs(&train, &["f2"]), &["free"]),
-        ("short runs (first 40 rows of f1 and a1)", short, &["free"]),
-        ("no time, z given", timeless, &["free"]),
+        (
+            "short runs (first 40 rows of f1 and a1)",
+            short_runs(&train),
+            &["free"],
+        ),
+        ("no time, z given", timeless(&train), &["free"]),
     ];
     let expected = table_of_quoted("c_edges.csv");
     let mut n_checked = 0;

@@ -327,8 +327,8 @@ fn step_of(run: &Run, t: &[f64]) -> Result<Option<f64>, TorqueError> {
     }
     let pairs = run.rows.windows(2);
     let steps: Vec<f64> = pairs.clone().map(|pair| t[pair[1]] - t[pair[0]]).collect();
-    // Written so that NaN is refused as well.
-    let fault = steps.iter().position(|step| !(*step > 0.0));
+    let rises = |step: &f64| *step > 0.0; // not so of NaN
+    let fault = steps.iter().position(|step| !rises(step));
     if let Some(row) = fault {
         let (before, after) = (run.rows[row], run.rows[row + 1]);
         return Err(TorqueError::Log {

@@ -201,12 +201,10 @@ impl ParameterPosterior {
         let rows = self.joint_rows(joint, load, state);
         let own = self.unknowns().own(joint);
         let carrier = self.unknowns().carrier_of(joint).map_or(0, |of| of.start);
-        let entry = |unknown: usize| match own.iter().position(|of| *of == unknown) {
-            Some(place) => rows.columns[(0, place)],
-            None => {
-                let first = load.map_or(0, |load| self.unknowns().load(load).start);
-                rows.columns[(0, carrier + unknown - first)]
-            }
+        let entry = |unknown: usize| {
+            let place = own.iter().position(|of| *of == unknown);
+            let first = load.map_or(0, |load| self.unknowns().load(load).start);
+            rows.columns[(0, place.unwrap_or_else(|| carrier + unknown - first))]
         };
         Mat::from_fn(unknowns.len(), 1, |row, _| entry(unknowns[row]))
     }

@@ -131,8 +131,7 @@ impl Learned {
         require_joints(whose, model.joint_names(), robot.model.joint_names())?;
         warn(&model, robot, reference);
         let context = match (model.contexts(), context) {
-            ([], None) => 0,
-            ([_], None) => 0,
+            ([] | [_], None) => 0,
             ([], Some(asked)) => {
                 return Err(CliError::Usage(format!(
                     "--context {asked}: {whose} is a model of one context; leave --context out"

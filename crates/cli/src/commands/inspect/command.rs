@@ -11,6 +11,7 @@ use crate::commands::inspect::description::{
     ContextDescription, Description, FitDescription, JointDescription, ParameterDescription,
     SelectionDescription, hex,
 };
+use crate::commands::inspect::parameters::ParametersDescription;
 use crate::context_hyperparameters::full_rows;
 use crate::error::CliError;
 use crate::hyperparameter_file::Hyperparameters;
@@ -40,7 +41,8 @@ Examples:
 
 JSON: kind; program; data_sha256; n_samples; context or contexts with the samples of each; joint_names;
 rank_selection (criterion and its value for each rank); joints, each with its model, hyperparameters by the names of
-`torque-gp likelihood`, k_task and correlations as rows, and fit.
+`torque-gp likelihood`, k_task and correlations as rows, and fit; of rbd, parameters: bodies, loads (ten values each
+with std: m, m c, I about the joint), friction of each joint, with its noise.
 
 Exit status: 0, or 2 for bad input or usage; then there is one message.";
 
@@ -84,6 +86,7 @@ fn description(model: &RobotModel) -> Description {
         joints: joints
             .map(|(idx, joint)| of_joint(model, &model.joint_names()[*idx], joint))
             .collect(),
+        parameters: (model.rigid_body()).map(|posterior| ParametersDescription::of(posterior)),
     }
 }
 

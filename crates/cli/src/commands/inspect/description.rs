@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
+use crate::commands::inspect::parameters::ParametersDescription;
 use crate::hyperparameter_file::Hyperparameters;
 use crate::text_table;
 
@@ -22,6 +23,9 @@ pub struct Description {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank_selection: Option<SelectionDescription>,
     pub joints: Vec<JointDescription>,
+    /// Of a model that learned a robot's parameters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parameters: Option<ParametersDescription>,
 }
 
 /// A context and its data.
@@ -112,7 +116,12 @@ impl Description {
         let names = self.contexts.iter().flatten().map(|c| c.context.as_str());
         let names: Vec<&str> = names.collect();
         let joints = self.joints.iter().map(|joint| joint.text(&names));
-        lines.join("\n") + "\n" + &joints.collect::<String>()
+        let parameters = self.parameters.as_ref().map(ParametersDescription::text);
+        let joints: String = match &parameters {
+            Some(_) => String::new(), // said with the parameters
+            None => joints.collect(),
+        };
+        lines.join("\n") + "\n" + &joints + &parameters.unwrap_or_default()
     }
 }
 

@@ -2,5 +2,6 @@
 
 mod command;
 mod description;
+mod parameters;
 
 pub use command::{Args, run};
