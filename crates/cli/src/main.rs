@@ -55,7 +55,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    adapt, context as context_command, control, evaluate, fit, inspect, inverse_dynamics,
+    adapt, context as context_command, control, evaluate, export, fit, inspect, inverse_dynamics,
     likelihood, predict, sample, simulate,
 };
 use crate::error::CliError;
@@ -83,6 +83,7 @@ enum Command {
     Context(context_command::Args),
     Adapt(adapt::Args),
     Inspect(inspect::Args),
+    Export(export::Args),
     Likelihood(likelihood::Args),
     Control(control::Args),
     Sample(sample::Args),
@@ -98,6 +99,7 @@ fn main() -> ExitCode {
         Command::Context(args) => context_command::run(&args),
         Command::Adapt(args) => adapt::run(&args),
         Command::Inspect(args) => inspect::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Likelihood(args) => likelihood::run(&args),
         Command::Control(args) => control::run(&args),
         Command::Sample(args) => sample::run(&args),

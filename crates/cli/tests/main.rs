@@ -16,6 +16,7 @@ mod payloads;
 mod puma_samples;
 mod readme;
 mod real_arm;
+mod real_robot;
 mod refusals;
 mod rigid_body;
 mod sample;

@@ -93,7 +93,7 @@ fn n_refused(model: &RobotModel, n_trials: usize) -> usize {
             n_refused += 1;
             continue;
         };
-        let d = 3 * model.n_joints();
+        let d = model.n_covariates();
         let x = Mat::from_fn(2, d, |i, j| (i + j) as f64 * 0.25);
         let last = model.contexts().len().saturating_sub(1);
         let _ = model.predict_joint(0, last, x.as_ref());

@@ -4,6 +4,7 @@ pub mod adapt;
 pub mod context;
 pub mod control;
 pub mod evaluate;
+pub mod export;
 pub mod fit;
 pub mod inspect;
 pub mod inverse_dynamics;

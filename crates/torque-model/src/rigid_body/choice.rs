@@ -19,6 +19,8 @@ const TOLERANCE: f64 = 0.05;
 const GAIN_OF_SIGNS: f64 = 1.0;
 /// Parts that are left out at most, one after another.
 const MOST_FOLDS: usize = 24;
+/// Parts that it takes to judge by them.
+const FEWEST_FOLDS: usize = 2;
 /// Runs from which whole runs are left out, and parts of the log where there are fewer.
 const FEWEST_RUNS: usize = 3;
 const BLOCKS: usize = 5;
@@ -42,7 +44,8 @@ struct Fold<'a> {
     fewest_rows: usize,
 }
 
-/// Chooses each joint's friction terms by leaving out one run after another, or blocks in time of fewer than three runs.
+/// Chooses each joint's friction terms by leaving out one run after another, or blocks in time where there
+/// are fewer than three runs, or one for each load.
 ///
 /// ```text
 /// score = mean over parts left out of log(mean (y − ŷ)²/var y),  on rows that count, where there are 50 (4 of a block)
@@ -106,7 +109,7 @@ fn mean_of(errors: &[Vec<Option<f64>>], joint: usize) -> Option<f64> {
         .iter()
         .filter_map(|of_joint| of_joint[joint])
         .collect();
-    (judged.len() >= 2).then(|| judged.iter().sum::<f64>() / judged.len() as f64)
+    (judged.len() >= FEWEST_FOLDS).then(|| judged.iter().sum::<f64>() / judged.len() as f64)
 }
 
 fn best(scores: &[(TermSet, Vec<Option<f64>>)], joint: usize) -> Option<TermSet> {
@@ -174,8 +177,11 @@ fn folds<'a>(log: &Log<'a>, settings: &FitSettings) -> Vec<Fold<'a>> {
         return blocks(log);
     }
     let per_fold = log.runs.len().div_ceil(MOST_FOLDS);
+    let n_folds = log.runs.len().div_ceil(per_fold);
     let all: Vec<usize> = (0..log.runs.len()).collect();
-    let fold = |held: &[usize]| {
+    // Runs of one load often follow one another: dealt out, no part takes all of them.
+    let fold = |number: usize| {
+        let held: Vec<usize> = all.iter().copied().skip(number).step_by(n_folds).collect();
         let kept: Vec<usize> = all
             .iter()
             .copied()
@@ -195,14 +201,20 @@ fn folds<'a>(log: &Log<'a>, settings: &FitSettings) -> Vec<Fold<'a>> {
             fewest_rows: ENOUGH_ROWS,
         })
     };
-    all.chunks(per_fold).filter_map(fold).collect()
+    let folds: Vec<Fold<'_>> = (0..n_folds).filter_map(fold).collect();
+    // One run for each load: nothing is left of a load whose run is left out.
+    if folds.len() < FEWEST_FOLDS {
+        blocks(log)
+    } else {
+        folds
+    }
 }
 
 /// Blocks of neighbouring rows, with as many rows left out beside them as are correlated with theirs.
 ///
 /// The runs stay whole, so that friction remembers what was before a block; what changes is which rows count.
 fn blocks<'a>(log: &Log<'a>) -> Vec<Fold<'a>> {
-    let n_blocks = BLOCKS.div_ceil(log.runs.len().max(1));
+    let n_blocks = BLOCKS.div_ceil(log.runs.len().max(1)).max(2);
     let of_run = |run: usize| {
         let (rows, step) = (log.runs[run].span.clone(), log.runs[run].step);
         let length = rows.len().div_ceil(n_blocks).max(1);

@@ -643,3 +643,26 @@ fn table_of_quoted(name: &str) -> Vec<[String; 4]> {
     };
     rows.map(fields).collect()
 }
+
+#[test]
+fn friction_is_chosen_whatever_the_runs_are() {
+    // The arm has smooth friction, memory, and friction that grows with the load.
+    let choose = |samples: &Samples, bare: &[&str]| {
+        let fitted = super::fit(&arm(), samples, None, &settings(bare, 0.3));
+        fitted.unwrap().choice.unwrap()
+    };
+    let is_judged = |choice: &super::TermChoice| {
+        let mut of_joints = choice.scores.iter().map(|(_, of_joints)| of_joints[0]);
+        of_joints.all(|score| score.is_some())
+    };
+    let train = samples("c_train.csv");
+    let of_six_runs = choose(&train, &["free"]);
+    assert!(is_judged(&of_six_runs));
+    assert!(of_six_runs.kept[0] >= TermSet::Standard, "{of_six_runs:?}");
+
+    // One run for each of six loads: parts of the runs judge.
+    let mut each = train.clone();
+    each.contexts.clone_from(&train.timeline.run_names);
+    each.context_of.clone_from(&train.timeline.run_of);
+    assert!(is_judged(&choose(&each, &[])));
+}

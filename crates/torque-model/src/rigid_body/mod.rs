@@ -9,10 +9,12 @@
 
 mod adapt;
 mod choice;
+mod consistency;
 mod correlation;
 pub use choice::TermChoice;
 mod design;
 mod evidence;
+mod export;
 mod fit;
 mod identify;
 mod log;
@@ -30,8 +32,10 @@ mod unknowns;
 #[cfg(test)]
 mod golden;
 
+pub use consistency::nearest_body;
 pub use correlation::LEAST_SECONDS;
 pub use evidence::LoadEvidence;
+pub use export::{IdentifiedLoad, IdentifiedRobot};
 pub use fit::FitSettings;
 pub use identify::{Fitted, fit};
 pub use low_rank::LowRank;
