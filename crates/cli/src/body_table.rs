@@ -18,23 +18,16 @@ pub const PARAMETERS: [(&str, &str); 10] = [
     ("Izz", "kg m²"),
 ];
 
-/// Lines with name, value, standard deviation and unit of some unknowns, about what is described of them.
-pub fn body_rows(
-    posterior: &ParameterPosterior,
-    unknowns: Range<usize>,
-    described: Option<&[f64]>,
-) -> Vec<Vec<String>> {
+/// Lines with name, value, standard deviation and unit of ten unknowns.
+pub fn body_rows(posterior: &ParameterPosterior, unknowns: Range<usize>) -> Vec<Vec<String>> {
     let std = posterior.std();
-    let lines = unknowns.zip(PARAMETERS).enumerate();
-    lines
-        .map(|(place, (unknown, (name, unit)))| {
-            let known = described.map_or(0.0, |described| described[place]);
-            vec![
-                name.to_owned(),
-                format!("{:.4e}", known + posterior.mean()[unknown]),
-                format!("{:.1e}", std[unknown]),
-                unit.to_owned(),
-            ]
-        })
-        .collect()
+    let row = |(unknown, (name, unit)): (usize, (&str, &str))| {
+        vec![
+            name.to_owned(),
+            format!("{:.4e}", posterior.mean()[unknown]),
+            format!("{:.1e}", std[unknown]),
+            unit.to_owned(),
+        ]
+    };
+    unknowns.zip(PARAMETERS).map(row).collect()
 }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use torque_model::rigid_body::FrictionMemory;
+use puma_dyn::dynamics::Hysteresis;
+use torque_model::is_same_length;
 
 use crate::context::columns_error;
 use crate::error::CliError;
@@ -14,12 +15,12 @@ use crate::table::{Row, Table};
 /// Follows the friction of a model along the runs of a table.
 pub struct MemoryRows {
     log: Option<LogRows>,
-    memory: FrictionMemory,
+    memory: Hysteresis,
     /// For each length of the model, its place among those of the table.
     given: Vec<Option<usize>>,
     n_joints: usize,
     /// Of each context and run, the last time and the states then.
-    runs: BTreeMap<(usize, Option<usize>), (f64, FrictionMemory)>,
+    runs: BTreeMap<(usize, Option<usize>), (f64, Hysteresis)>,
     /// States of the last row.
     z: Vec<f64>,
 }
@@ -33,7 +34,7 @@ impl MemoryRows {
         let (lengths, n_joints) = (model.hysteresis_lengths(), model.n_joints());
         let mut rows = Self {
             log: None,
-            memory: FrictionMemory::new(lengths, n_joints),
+            memory: model.hysteresis(),
             given: vec![None; lengths.len()],
             n_joints,
             runs: BTreeMap::new(),
@@ -45,9 +46,8 @@ impl MemoryRows {
         let file = table.file();
         let mut columns = LogColumns::find(file, &table.column_names(), &model.joints())?;
         columns.used.clear();
-        let is_same = |length: f64, other: f64| (length / other - 1.0).abs() < 1e-9;
         for (length, place) in lengths.iter().zip(&mut rows.given) {
-            *place = (columns.hysteresis.iter()).position(|of| is_same(of.length, *length));
+            *place = (columns.hysteresis.iter()).position(|of| is_same_length(of.length, *length));
         }
         if columns.time.is_none() && rows.given.contains(&None) {
             return Err(columns_error(

@@ -41,19 +41,18 @@ impl ModelFile {
         }
     }
 
-    /// The same for a command that needs a model of several contexts.
+    /// The model, for a command that needs one of several contexts.
     ///
     /// # Errors
-    /// As for [`ModelFile::load`]; a model of one context.
-    pub fn load_several(path: &Path) -> Result<Self, CliError> {
-        let model = Self::load(path)?;
-        if model.contexts().is_empty() {
+    /// A model of one context.
+    pub fn of_several(self) -> Result<Self, CliError> {
+        if self.contexts().is_empty() {
             return Err(CliError::Usage(format!(
                 "{} is a model of one context; one of several is needed: `torque-gp fit --model mgp`",
-                model.file
+                self.file
             )));
         }
-        Ok(model)
+        Ok(self)
     }
 
     /// The joints, for reading a table of their states.

@@ -40,4 +40,4 @@ pub use robot_model::RobotModel;
 pub use robot_source::{Robot, RobotSource};
 pub use rows::{RegressorRows, Rows, States, TaskRows};
 pub use samples::{JointTorques, Samples};
-pub use timeline::{HysteresisColumns, Timeline};
+pub use timeline::{HysteresisColumns, Timeline, is_same_length};

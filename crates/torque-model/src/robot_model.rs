@@ -1,11 +1,13 @@
 //! What is learned for a robot: a model of some or all of its joints, for one load or for many.
 
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use faer::{Mat, MatRef};
 use gp_core::Prediction;
 use mtgp::MtgpError;
 use puma_dyn::Model;
+use puma_dyn::dynamics::Hysteresis;
 
 use crate::error::{TorqueError, consistent};
 use crate::file::{ModelFileError, ModelFileKind, read_model, write_model};
@@ -121,15 +123,21 @@ impl RobotModel {
         self.rigid_body().map_or(&[], |of| of.unknowns().lengths())
     }
 
+    /// The hysteresis states z at the beginning of a motion, in their order behind (q, q̇, q̈); none of a model without
+    /// memory.
+    pub fn hysteresis(&self) -> Hysteresis {
+        Hysteresis::of_every_joint(self.n_joints(), self.hysteresis_lengths())
+    }
+
     /// The states of samples as the model wants them, (n, n_covariates): with the hysteresis of their motion, if it
     /// has memory.
     ///
     /// # Errors
     /// [`TorqueError::Log`] for samples without what says it, or with times that do not rise.
-    pub fn states_of(&self, samples: &Samples) -> Result<Mat<f64>, TorqueError> {
+    pub fn states_of<'a>(&self, samples: &'a Samples) -> Result<Cow<'a, Mat<f64>>, TorqueError> {
         match self.rigid_body() {
             Some(posterior) => states_with_memory(samples, posterior.unknowns()),
-            None => Ok(samples.x.to_owned()),
+            None => Ok(Cow::Borrowed(&samples.x)),
         }
     }
 

@@ -83,6 +83,11 @@ impl Timeline {
     }
 }
 
+/// Whether two lengths are the same; one that is written in mrad need not read back to the same bits.
+pub fn is_same_length(length: f64, other: f64) -> bool {
+    (length / other - 1.0).abs() < 1e-9
+}
+
 /// Groups of `width` values by their indices; nothing of nothing.
 fn picked<T: Copy>(values: &[T], rows: &[usize], width: usize) -> Vec<T> {
     if values.is_empty() {

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use torque_model::learn::SharedParameters;
-use torque_model::rigid_body::{FitSettings, FrictionMemory, TermSet};
+use torque_model::rigid_body::{FitSettings, TermSet};
 use torque_model::{
     Adapt, JointModel, JointTorques, ModelFileError, ModelFileKind, Provenance, Robot, RobotModel,
     RobotSource, Samples, Timeline, adapt,
@@ -79,7 +79,8 @@ pub fn model() -> RobotModel {
 }
 
 fn states(model: &RobotModel) -> Mat<f64> {
-    model.states_of(&samples("c_test.csv")).unwrap()
+    let samples = samples("c_test.csv");
+    model.states_of(&samples).unwrap().into_owned()
 }
 
 #[test]
@@ -128,7 +129,7 @@ fn a_file_predicts_bit_for_bit() {
 fn a_loop_with_memory_allocates_nothing() {
     let model = model();
     let predictor = model.predictor();
-    let mut memory = FrictionMemory::new(model.hysteresis_lengths(), 2);
+    let mut memory = model.hysteresis();
     let mut scratch = predictor.scratch();
     let mut x = vec![0.1; predictor.n_covariates()];
     let (mut mean, mut var, mut noise) = ([0.0; 2], [0.0; 2], [0.0; 2]);

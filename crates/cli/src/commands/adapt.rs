@@ -78,9 +78,10 @@ Exit status: 0, or 2 for bad input or usage; then there is one message and no ou
 /// Anything wrong with the options or a file, or a joint that cannot be learned; no output is left.
 pub fn run(args: &Args) -> Result<(), CliError> {
     output::check_not_an_input(&args.output, &[&args.data])?;
-    let model = match ModelFile::load(&args.model)? {
-        of_robot if of_robot.rigid_body().is_some() => of_robot,
-        _ => ModelFile::load_several(&args.model)?,
+    let model = ModelFile::load(&args.model)?;
+    let model = match model.rigid_body() {
+        Some(_) => model,
+        None => model.of_several()?,
     };
     require_new(&args.context, &model)?;
     let mut table = Table::open_hashed(&args.data)?;
@@ -168,7 +169,7 @@ fn warn(
 
 /// The ten parameters of a load with their standard deviations.
 fn load_table(posterior: &ParameterPosterior, load: usize) -> String {
-    let rows = body_rows(posterior, posterior.unknowns().load(load), None);
+    let rows = body_rows(posterior, posterior.unknowns().load(load));
     text_table::render(&["load", "value", "± one std", "unit"], &rows)
 }
 
@@ -183,7 +184,7 @@ fn report(model: &RobotModel, name: &str, samples: &Samples) -> Result<String, T
     for ((_, joint_model), joint) in model.learned().iter().zip(&samples.torques) {
         let error_of = |context| {
             let function = joint_model.function();
-            let mean = function.predict_mean(context, x.as_ref())?;
+            let mean = function.predict_mean(context, (*x).as_ref())?;
             Ok::<f64, TorqueError>(root_mean_square(&mean, joint))
         };
         let mut best: Option<(usize, f64)> = None;

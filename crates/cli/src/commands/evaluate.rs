@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let scores = Scores {
         torques: &data.samples.torques,
         joint_names: model.joint_names(),
-        predictions: model.predict_rows(&numbers, x.as_ref(), &file, 0)?,
+        predictions: model.predict_rows(&numbers, (*x).as_ref(), &file, 0)?,
     };
     match model.contexts() {
         [] => {

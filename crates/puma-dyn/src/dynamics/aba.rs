@@ -75,15 +75,28 @@ pub fn aba(
     if effects.friction != Friction::None && model.has_smooth_friction() {
         return under_load(model, workspace, effects, context, q, qd, tau, qdd);
     }
-    let zeros = std::mem::take(&mut workspace.zeros);
-    rnea(model, workspace, effects, context, q, qd, &zeros, qdd);
-    workspace.zeros = zeros;
+    bias(model, workspace, effects, context, q, qd, qdd);
     qdd.iter_mut()
         .zip(tau)
         .for_each(|(bias, tau)| *bias = tau - *bias);
 
     let no_load_friction = |_| 1.0;
     solve(model, workspace, effects, context, no_load_friction, qdd)
+}
+
+/// The torques at rest of the accelerations.
+fn bias(
+    model: &Model,
+    workspace: &mut Workspace,
+    effects: Effects,
+    context: &Context,
+    q: &[f64],
+    qd: &[f64],
+    tau: &mut [f64],
+) {
+    let zeros = std::mem::take(&mut workspace.zeros);
+    rnea(model, workspace, effects, context, q, qd, &zeros, tau);
+    workspace.zeros = zeros;
 }
 
 /// Turns the torques that are left for accelerations into them; `share` is 1 + σ s of a joint.
@@ -127,10 +140,7 @@ fn under_load(
     let outcome = refuse_full_shares(model, |joint| friction_at(joint).share).and_then(|()| {
         load_signs.fill(1.0);
         for _ in 0..MOST_SIGNS {
-            let rigid = Effects::RIGID_BODY;
-            let zeros = std::mem::take(&mut workspace.zeros);
-            rnea(model, workspace, rigid, context, q, qd, &zeros, qdd);
-            workspace.zeros = zeros;
+            bias(model, workspace, Effects::RIGID_BODY, context, q, qd, qdd);
             let share = |joint: usize| 1.0 + load_signs[joint] * friction_at(joint).share;
             for joint in 0..n {
                 qdd[joint] = (tau[joint] - friction_at(joint).own) / share(joint) - qdd[joint];

@@ -24,7 +24,20 @@ impl Hysteresis {
     /// The states of a model at the beginning of a motion: zero.
     #[must_use]
     pub fn new(model: &Model) -> Self {
-        let springs = model.springs().to_vec();
+        Self::of_springs(model.springs().to_vec())
+    }
+
+    /// The same of every joint for each length: those of all joints for the first, then for the next.
+    ///
+    /// # Shapes
+    /// `lengths`, rad or m.
+    #[must_use]
+    pub fn of_every_joint(n_joints: usize, lengths: &[f64]) -> Self {
+        let of_length = |&length| (0..n_joints).map(move |joint_idx| Spring { joint_idx, length });
+        Self::of_springs(lengths.iter().flat_map(of_length).collect())
+    }
+
+    fn of_springs(springs: Vec<Spring>) -> Self {
         Self {
             z: vec![0.0; springs.len()],
             springs,

@@ -243,7 +243,7 @@ impl Predictor {
     /// After an error `mean` and `var` are NaN, so that no older torque stays in them.
     /// # Shapes
     /// `x` (3ℓ,) in the order (q, q̇, q̈), rad, rad/s, rad/s², and for a model with memory its
-    /// [`crate::rigid_body::FrictionMemory`] behind them; `mean` (n_learned,), N·m;
+    /// [`crate::RobotModel::hysteresis`] behind them; `mean` (n_learned,), N·m;
     /// `var` (n_learned,), N²·m².
     /// # Errors
     /// [`GpError::NonFiniteInput`] with the column of the first such covariate;
@@ -348,6 +348,10 @@ impl Predictor {
 
     /// Noise that depends on the state, row by row.
     fn fill_noise(&self, x: MatRef<'_, f64>, predictions: &mut [JointPrediction]) {
+        let varies = |joint: &JointPredictor| matches!(joint, JointPredictor::Shared(_));
+        if !self.joints.iter().any(varies) {
+            return;
+        }
         let mut state = vec![0.0; x.ncols()];
         for row in 0..x.nrows() {
             copy_row(x, row, &mut state);

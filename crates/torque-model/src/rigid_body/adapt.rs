@@ -1,9 +1,10 @@
 //! A new load, or more rows of a known one: the same posterior given further rows.
 
 use faer::Mat;
+use linalg::{add_inner_product, product};
 
 use crate::error::TorqueError;
-use crate::rigid_body::design::{Design, gathered};
+use crate::rigid_body::design::Design;
 use crate::rigid_body::log::Log;
 use crate::rigid_body::normal_equations::NormalEquations;
 use crate::rigid_body::posterior::{ParameterPosterior, PosteriorParts};
@@ -24,13 +25,7 @@ impl ParameterPosterior {
         let unknowns = self.unknowns().with_loads(load + 1);
         let NormalEquations { h, b } = self.equations().grown(&unknowns);
         Self::new(PosteriorParts {
-            contexts: parts
-                .contexts
-                .iter()
-                .map(String::as_str)
-                .chain([name])
-                .map(str::to_owned)
-                .collect(),
+            contexts: [parts.contexts.as_slice(), &[name.to_owned()]].concat(),
             loads: parts.loads.iter().copied().chain([Some(load)]).collect(),
             prior_std: parts.prior_std.iter().copied().chain(LOAD_STD).collect(),
             unknowns,
@@ -58,11 +53,8 @@ impl ParameterPosterior {
     /// # Errors
     /// [`TorqueError::Log`] for times that do not rise, or terms with memory without times.
     pub fn given(&self, context: usize, samples: &Samples) -> Result<Self, TorqueError> {
-        let steps = self.given_in_steps(context, samples)?;
-        Ok(steps
-            .into_iter()
-            .next_back()
-            .unwrap_or_else(|| self.clone()))
+        let mut steps = self.given_in_steps(context, samples)?;
+        Ok(steps.pop().unwrap_or_else(|| self.clone()))
     }
 
     /// The same after each solution: friction that grows with the load is made from the one before.
@@ -72,8 +64,15 @@ impl ParameterPosterior {
         samples: &Samples,
     ) -> Result<Vec<Self>, TorqueError> {
         let log = Log::new(samples)?;
-        let parts = self.parts();
-        let design = Design::new(&parts.robot, self.unknowns(), &parts.described, &log)?;
+        self.given_rows(context, &self.design(&log)?)
+    }
+
+    /// The same of rows that are equations already.
+    pub(crate) fn given_rows(
+        &self,
+        context: usize,
+        design: &Design<'_>,
+    ) -> Result<Vec<Self>, TorqueError> {
         let solves = if self.unknowns().have_load_friction() {
             SOLVES
         } else {
@@ -82,7 +81,7 @@ impl ParameterPosterior {
         let mut steps: Vec<Self> = Vec::new();
         for _ in 0..solves {
             let current = steps.last().unwrap_or(self);
-            let equations = self.equations_given(&design, &log, context, current.mean());
+            let equations = self.equations_given(design, context, current.mean());
             steps.push(self.with_equations(equations)?);
         }
         Ok(steps)
@@ -92,42 +91,24 @@ impl ParameterPosterior {
     fn equations_given(
         &self,
         design: &Design<'_>,
-        log: &Log<'_>,
         context: usize,
         mean: &[f64],
     ) -> NormalEquations {
-        let (unknowns, parts, load) = (self.unknowns(), self.parts(), self.load_of(context));
-        let p = |joint| design.n_columns(joint);
+        let (unknowns, load) = (self.unknowns(), self.load_of(context));
         let empty = |joint| {
-            (
-                Mat::<f64>::zeros(p(joint), p(joint)),
-                Mat::<f64>::zeros(p(joint), 1),
-            )
+            let p = design.n_columns(joint);
+            (Mat::<f64>::zeros(p, p), Mat::<f64>::zeros(p, 1))
         };
         let mut sums: Vec<_> = (0..unknowns.n_joints()).map(empty).collect();
         design.for_each(&mut sums, |(gram, moment), joint, panel| {
-            let rows = &panel.joints[joint];
-            let Some(learned) = parts.joints[joint]
-                .as_ref()
-                .filter(|of| of.is_seen && design.is_seen(joint))
-            else {
+            let Some(rows) = self.new_rows(design, (joint, panel), load, mean) else {
                 return;
             };
-            let rigid = design.rigid(joint, rows, mean, load);
-            let all: Vec<usize> = (0..rows.qd.len()).collect();
-            let mut block = gathered(unknowns, rows.columns.as_ref(), &all, Some(&rigid));
-            let spacing = log.spacing(&log.runs[panel.run], parts.step);
-            let mut targets = Mat::from_fn(all.len(), 1, |row, _| rows.targets[row]);
-            for (row, qd) in rows.qd.iter().enumerate() {
-                let root = learned.noise.weighted_var_at(*qd, spacing).sqrt();
-                block
-                    .row_mut(row)
-                    .iter_mut()
-                    .for_each(|entry| *entry /= root);
-                targets[(row, 0)] /= root;
-            }
-            linalg::add_inner_product(gram, 1.0, block.as_ref());
-            *moment += linalg::product(block.transpose(), targets.as_ref());
+            let targets = Mat::from_fn(rows.vars.len(), 1, |row, _| {
+                rows.panel.targets[row] / rows.vars[row].sqrt()
+            });
+            add_inner_product(gram, 1.0, rows.columns.as_ref());
+            *moment += product(rows.columns.transpose(), targets.as_ref());
         });
         let mut equations = self.equations();
         for (joint, (gram, moment)) in sums.iter().enumerate() {

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 
 use crate::error::TorqueError;
 use crate::rigid_body::correlation::{ENOUGH_ROWS, longest_lag};
-use crate::rigid_body::design::Design;
 use crate::rigid_body::fit::{FitSettings, fit_passes};
 use crate::rigid_body::log::Log;
 use crate::rigid_body::posterior::ParameterPosterior;
@@ -144,8 +143,7 @@ fn errors_of(
         square_error: f64,
         torques: Vec<f64>,
     }
-    let parts = posterior.parts();
-    let design = Design::new(&parts.robot, posterior.unknowns(), &parts.described, log)?;
+    let design = posterior.design(log)?;
     let mut moments = vec![Moments::default(); posterior.unknowns().n_joints()];
     design.for_each(&mut moments, |of, joint, panel| {
         if !design.is_seen(joint) {

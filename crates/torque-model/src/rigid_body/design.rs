@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use faer::{ColRef, Mat, MatRef};
 use linalg::product;
-use puma_dyn::robot::DriveState;
 use puma_dyn::{Model, Workspace, regressor};
 use rayon::prelude::*;
 
@@ -151,6 +150,11 @@ impl<'a> Design<'a> {
         }
     }
 
+    /// Steps of the training data between neighbouring rows of a panel's run: see [`Log::spacing`].
+    pub fn spacing(&self, panel: &Panel, training_step: Option<f64>) -> f64 {
+        self.log.spacing(&self.log.runs[panel.run], training_step)
+    }
+
     /// Rigid-body torques of a joint's rows, N·m.
     ///
     /// ```text
@@ -163,9 +167,10 @@ impl<'a> Design<'a> {
         w: &[f64],
         load: Option<usize>,
     ) -> Vec<f64> {
-        let weights = self.body_weights(joint, w, load);
-        let columns = panel.columns.as_ref().subcols(0, weights.len());
-        let change = product(columns, ColRef::from_slice(&weights).as_mat());
+        let n_bodies = self.unknowns.bodies_of(joint).len();
+        let weights = self.unknowns.own_weights(joint, w, load);
+        let columns = panel.columns.as_ref().subcols(0, n_bodies);
+        let change = product(columns, ColRef::from_slice(&weights[..n_bodies]).as_mat());
         let described = panel.described.iter();
         described
             .zip(change.col(0).iter())
@@ -182,9 +187,8 @@ impl<'a> Design<'a> {
         load: Option<usize>,
         rigid: Option<&[f64]>,
     ) -> Vec<f64> {
-        let mut weights = self.body_weights(joint, w, load);
-        let n_bodies = weights.len();
-        weights.extend_from_slice(&w[self.unknowns.friction(joint)]);
+        let n_bodies = self.unknowns.bodies_of(joint).len();
+        let weights = self.unknowns.own_weights(joint, w, load);
         let terms = self.unknowns.terms();
         let plain: Vec<f64> = (weights.iter().enumerate())
             .map(|(k, weight)| {
@@ -209,20 +213,6 @@ impl<'a> Design<'a> {
             }
         }
         residuals
-    }
-
-    /// Weights of a joint's columns of π, with the load's added to those of the body that carries it.
-    fn body_weights(&self, joint: usize, w: &[f64], load: Option<usize>) -> Vec<f64> {
-        let bodies = self.unknowns.bodies_of(joint);
-        let mut weights: Vec<f64> = bodies.iter().map(|column| w[*column]).collect();
-        if let (Some(load), Some(carrier)) = (load, self.unknowns.carrier_of(joint)) {
-            let of_load = &w[self.unknowns.load(load)];
-            weights[carrier]
-                .iter_mut()
-                .zip(of_load)
-                .for_each(|(weight, psi)| *weight += psi);
-        }
-        weights
     }
 
     fn all_spans(&self) -> Result<Vec<Span>, TorqueError> {
@@ -316,28 +306,23 @@ impl<'a> Design<'a> {
         &self,
         joint: usize,
         y: &[f64],
-        (qd, qdd): (f64, f64),
+        rates: (f64, f64),
         z: &[f64],
-        mut row: faer::RowMut<'_, f64>,
+        row: faer::RowMut<'_, f64>,
     ) {
-        let bodies = self.unknowns.bodies_of(joint);
-        for (entry, column) in row.as_mut().iter_mut().zip(bodies) {
-            *entry = y[*column];
-        }
-        for (term, k) in self.unknowns.terms().iter().zip(bodies.len()..) {
-            let state = self.unknowns.state_of(*term);
-            let z = state.map_or(0.0, |state| z[state * self.robot.n_joints() + joint]);
-            row[k] = term.value(DriveState {
-                qd,
-                qdd,
-                z,
-                rigid: 1.0,
-            });
+        let of_bodies = self
+            .unknowns
+            .bodies_of(joint)
+            .iter()
+            .map(|column| y[*column]);
+        let friction = self.unknowns.friction_row(joint, rates, z, 1.0);
+        for (entry, value) in row.iter_mut().zip(of_bodies.chain(friction)) {
+            *entry = value;
         }
     }
 }
 
-/// Rows of a matrix picked and each of them multiplied, with terms of the load made from τ^rb.
+/// Rows of a joint's columns picked, with terms of the load made from τ^rb.
 pub(crate) fn gathered(
     unknowns: &Unknowns,
     columns: MatRef<'_, f64>,

@@ -6,7 +6,7 @@ use faer::{ColRef, Mat};
 use linalg::{Factor, mirror, product};
 
 use crate::error::TorqueError;
-use crate::rigid_body::design::{Design, gathered};
+use crate::rigid_body::design::Design;
 use crate::rigid_body::log::Log;
 use crate::rigid_body::posterior::ParameterPosterior;
 use crate::samples::Samples;
@@ -56,14 +56,17 @@ impl ParameterPosterior {
     /// [`TorqueError::Log`] as for a fit; rows that leave no joint anything to compare.
     pub fn load_evidence(&self, samples: &Samples) -> Result<LoadEvidence, TorqueError> {
         let log = Log::new(samples)?;
-        let of_context = |context| self.evidence(&log, self.load_of(context), self.mean());
+        // A further load stands behind all others, so that the same equations serve with it and without.
+        let grown = self.with_context(UNKNOWN)?;
+        let design = grown.design(&log)?;
+        let of_context = |context| self.evidence(&design, self.load_of(context), self.mean());
         let of_contexts = (0..self.n_contexts())
             .map(of_context)
             .collect::<Result<_, _>>()?;
-        let grown = self.with_context(UNKNOWN)?;
         let context = grown.n_contexts() - 1;
-        let learned = grown.given(context, samples)?;
-        let of_unknown = grown.evidence(&log, grown.load_of(context), learned.mean())?;
+        let learned = grown.given_rows(context, &design)?;
+        let mean = learned.last().map_or(grown.mean(), Self::mean);
+        let of_unknown = grown.evidence(&design, grown.load_of(context), mean)?;
         Ok(LoadEvidence {
             of_contexts,
             of_unknown,
@@ -73,38 +76,25 @@ impl ParameterPosterior {
     /// Under a load; `mean` says how large the friction is that grows with it.
     fn evidence(
         &self,
-        log: &Log<'_>,
+        design: &Design<'_>,
         load: Option<usize>,
         mean: &[f64],
     ) -> Result<f64, TorqueError> {
-        let (parts, unknowns) = (self.parts(), self.unknowns());
-        let design = Design::new(&parts.robot, unknowns, &parts.described, log)?;
+        let unknowns = self.unknowns();
         let mut of_joints: Vec<OfJoint> = (0..unknowns.n_joints())
             .map(|_| OfJoint::default())
             .collect();
         design.for_each(&mut of_joints, |of, joint, panel| {
-            let rows = &panel.joints[joint];
-            let Some(learned) = parts.joints[joint]
-                .as_ref()
-                .filter(|of| of.is_seen && design.is_seen(joint))
-            else {
+            let Some(rows) = self.new_rows(design, (joint, panel), load, mean) else {
                 return;
             };
-            let rigid = design.rigid(joint, rows, mean, load);
-            let residuals = design.residuals(joint, rows, self.mean(), load, Some(&rigid));
-            let all: Vec<usize> = (0..rows.qd.len()).collect();
-            let mut block = gathered(unknowns, rows.columns.as_ref(), &all, Some(&rigid));
-            let spacing = log.spacing(&log.runs[panel.run], parts.step);
-            for (row, qd) in rows.qd.iter().enumerate() {
-                let var = learned.noise.weighted_var_at(*qd, spacing);
-                block
-                    .row_mut(row)
-                    .iter_mut()
-                    .for_each(|entry| *entry /= var.sqrt());
-                of.residuals.push(residuals[row] / var.sqrt());
+            let residuals =
+                design.residuals(joint, rows.panel, self.mean(), load, Some(&rows.rigid));
+            for (residual, var) in residuals.iter().zip(&rows.vars) {
+                of.residuals.push(residual / var.sqrt());
                 of.log_var += var.ln();
             }
-            of.blocks.push(block);
+            of.blocks.push(rows.columns);
         });
         // V = D^-½ A S L⁻ᵀ: the determinant lemma needs 1 + VᵀV, (p, p), whatever the number of rows.
         let p = unknowns.len();

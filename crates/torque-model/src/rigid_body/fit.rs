@@ -138,6 +138,14 @@ fn loads_of(log: &Log<'_>, bare: &[String]) -> Result<Vec<Option<usize>>, Torque
         .collect())
 }
 
+/// Root of the mean square about the mean.
+fn standard_deviation(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let centre = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - centre).powi(2)).sum();
+    (squares / n).sqrt()
+}
+
 /// A fit under way.
 struct Fit<'a> {
     robot: &'a Arc<Model>,
@@ -202,68 +210,71 @@ impl JointFit {
 
 impl Fit<'_> {
     fn run(&mut self) -> Result<Passes, TorqueError> {
-        self.start();
-        self.sum(None);
-        let has_load_friction = self.unknowns.have_load_friction();
+        // Without parameters, residuals are what the description leaves.
+        self.look(0, &vec![0.0; self.unknowns.len()], None);
+        self.first_noise();
         let mut posteriors: Vec<ParameterPosterior> = Vec::new();
         for pass in 1..=PASSES {
             // Weights of the pass before make the parameters of this one.
             let posterior = self.solve()?;
             let before = posteriors.last().filter(|_| pass > PASSES_WITHOUT_LOAD);
-            self.take_residuals(posterior.mean(), before.map(ParameterPosterior::mean));
+            self.look(pass, posterior.mean(), before.map(ParameterPosterior::mean));
             self.take_noise();
-            let posterior = self.with_noise(&posterior);
-            if has_load_friction && (PASSES_WITHOUT_LOAD..PASSES).contains(&pass) {
-                self.sum(Some(posterior.mean()));
-            }
-            posteriors.push(posterior);
+            posteriors.push(posterior.with_joints(self.learned_joints()));
         }
         Ok(Passes { posteriors })
     }
 
-    /// Noise before the first pass: a tenth of what the description leaves.
-    fn start(&mut self) {
-        struct Moments(f64, f64, f64);
-        let mut moments: Vec<Moments> =
-            self.joints.iter().map(|_| Moments(0.0, 0.0, 0.0)).collect();
-        let design = self.design;
-        design.for_each(&mut moments, |sums, joint, panel| {
-            for target in &panel.joints[joint].targets {
-                sums.0 += 1.0;
-                sums.1 += target;
-            }
-        });
-        design.for_each(&mut moments, |sums, joint, panel| {
-            let centre = sums.1 / sums.0;
-            sums.2 += panel.joints[joint]
-                .targets
-                .iter()
-                .map(|t| (t - centre).powi(2))
-                .sum::<f64>();
-        });
-        for (joint, Moments(count, _, squares)) in self.joints.iter_mut().zip(moments) {
-            if count > 0.0 {
-                let std = FIRST_PART * (squares / count).sqrt();
-                joint.noise = JointNoise::white(std.max(joint.least_noise));
-            }
-        }
-    }
-
-    /// Sums the normal equations; `mean` makes the friction that grows with the load, zero without.
-    fn sum(&mut self, mean: Option<&[f64]>) {
+    /// One look at all rows after a pass: residuals of its parameters, and the sums for the next one, where they change.
+    ///
+    /// Residuals have the friction that grows with the load as it was at the parameters `before`, sums as it is at `mean`.
+    fn look(&mut self, pass: usize, mean: &[f64], before: Option<&[f64]>) {
         let (design, unknowns, log, loads) = (self.design, self.unknowns, self.log, &self.loads);
-        let n_contexts = loads.len();
+        let with_load = pass >= PASSES_WITHOUT_LOAD;
+        let changes = with_load && pass < PASSES && unknowns.have_load_friction();
+        let is_summed = pass == 0 || changes;
+        let n = log.n_rows();
         for joint in &mut self.joints {
-            joint.sums = JointSums::new(n_contexts);
+            if joint.is_measured {
+                joint.residuals.resize(n, 0.0);
+            }
+            if is_summed {
+                joint.sums = JointSums::new(loads.len());
+            }
         }
         design.for_each(&mut self.joints, |of_joint, joint, panel| {
-            if !of_joint.is_seen {
+            if !of_joint.is_measured {
                 return;
             }
             let (context, rows) = (log.runs[panel.run].context, &panel.joints[joint]);
-            let rigid = mean.map(|w| design.rigid(joint, rows, w, loads[context]));
-            of_joint.sums.add(unknowns, context, rows, rigid.as_deref());
+            let rigid_at = |w| design.rigid(joint, rows, w, loads[context]);
+            let rigid = before.map(rigid_at);
+            let residuals = design.residuals(joint, rows, mean, loads[context], rigid.as_deref());
+            for (place, residual) in rows.places.iter().zip(residuals) {
+                of_joint.residuals[*place] = residual;
+            }
+            if is_summed && of_joint.is_seen {
+                let rigid = with_load.then(|| rigid_at(mean));
+                of_joint.sums.add(unknowns, context, rows, rigid.as_deref());
+            }
         });
+    }
+
+    /// Noise before the first pass: a tenth of what the description leaves.
+    fn first_noise(&mut self) {
+        let log = self.log;
+        for (joint, of_joint) in self.joints.iter_mut().enumerate() {
+            let counts = |place: usize| !of_joint.is_seen || log.is_used(place, joint);
+            let residuals = of_joint.residuals.iter().enumerate();
+            let rows: Vec<f64> = residuals
+                .filter(|(place, _)| counts(*place))
+                .map(|(_, e)| *e)
+                .collect();
+            if !rows.is_empty() {
+                let std = FIRST_PART * standard_deviation(&rows);
+                of_joint.noise = JointNoise::white(std.max(of_joint.least_noise));
+            }
+        }
     }
 
     /// Prior of friction, normal equations, solution.
@@ -314,27 +325,6 @@ impl Fit<'_> {
             })
         };
         self.joints.iter().map(of_joint).collect()
-    }
-
-    fn with_noise(&self, posterior: &ParameterPosterior) -> ParameterPosterior {
-        posterior.with_joints(self.learned_joints())
-    }
-
-    fn take_residuals(&mut self, mean: &[f64], before: Option<&[f64]>) {
-        let (design, log, loads) = (self.design, self.log, &self.loads);
-        let n = log.n_rows();
-        design.for_each(&mut self.joints, |of_joint, joint, panel| {
-            if !of_joint.is_measured {
-                return;
-            }
-            of_joint.residuals.resize(n, 0.0);
-            let (load, rows) = (loads[log.runs[panel.run].context], &panel.joints[joint]);
-            let rigid = before.map(|w| design.rigid(joint, rows, w, load));
-            let residuals = design.residuals(joint, rows, mean, load, rigid.as_deref());
-            for (place, residual) in rows.places.iter().zip(residuals) {
-                of_joint.residuals[*place] = residual;
-            }
-        });
     }
 
     /// σ, h and c of what the parameters leave.

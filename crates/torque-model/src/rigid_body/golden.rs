@@ -287,7 +287,9 @@ fn what_is_made_of_the_rows_before_a_fit() {
     let described = described(&robot);
     let log = Log::new(&samples).unwrap();
     let unknowns = super::Unknowns::new(&robot, TermSet::Full.terms().to_vec());
-    let states = states_with_memory(&samples, &unknowns).unwrap();
+    let states = states_with_memory(&samples, &unknowns)
+        .unwrap()
+        .into_owned();
     let mut workspace = Workspace::new(&robot);
     let mut matrix_at = |row: usize| {
         let at = |col: usize| samples.x[(row, col)];
@@ -422,7 +424,9 @@ fn standard_deviations_of_the_parameters() {
 /// Means and standard deviations of measurements at test states, (n,) of a joint.
 fn predicted(posterior: &ParameterPosterior, context: &str, joint: usize) -> Vec<(f64, f64)> {
     let test = samples("c_test.csv");
-    let x = states_with_memory(&test, posterior.unknowns()).unwrap();
+    let x = states_with_memory(&test, posterior.unknowns())
+        .unwrap()
+        .into_owned();
     let names = &posterior.parts().contexts;
     let context = names.iter().position(|name| name == context).unwrap();
     let (mean, var) = posterior.predict_joint(joint, context, x.as_ref()).unwrap();
@@ -524,7 +528,9 @@ fn variances_of_low_rank() {
         let low = posterior.low_rank(joint, context, &train).unwrap();
         assert_eq!(low.unknowns.len().to_string(), row["columns"], "{row:?}");
         assert_eq!(low.directions.nrows().to_string(), row["k"], "{row:?}");
-        let x = states_with_memory(&test, posterior.unknowns()).unwrap();
+        let x = states_with_memory(&test, posterior.unknowns())
+            .unwrap()
+            .into_owned();
         let at: usize = row["row"].parse().unwrap();
         let state = x.as_ref().subrows(at, 1);
         let (_, var) = posterior.predict_joint(joint, context, state).unwrap();
@@ -559,7 +565,7 @@ fn short_runs(train: &Samples) -> Samples {
 /// The same rows without times, but with the states of hysteresis.
 fn timeless(train: &Samples) -> Samples {
     let unknowns = super::Unknowns::new(&arm(), TermSet::Full.terms().to_vec());
-    let states = states_with_memory(train, &unknowns).unwrap();
+    let states = states_with_memory(train, &unknowns).unwrap().into_owned();
     let of_length = |first: usize| -> Vec<f64> {
         (0..train.n_rows())
             .flat_map(|row| [states[(row, first)], states[(row, first + 1)]])

@@ -8,7 +8,7 @@ use puma_dyn::robot::next_hysteresis;
 use crate::error::TorqueError;
 use crate::rigid_body::correlation::median;
 use crate::samples::Samples;
-use crate::timeline::HysteresisColumns;
+use crate::timeline::{HysteresisColumns, is_same_length};
 
 /// Speed below which a joint stands, rad/s.
 const STANDING_SPEED: f64 = 0.01;
@@ -200,11 +200,8 @@ impl<'a> Log<'a> {
 
     /// States of a length that the log has columns of.
     fn given(&self, length: f64) -> Option<&HysteresisColumns> {
-        let columns = self.samples.timeline.hysteresis.iter();
-        // A length is written in mrad: digits that read back need not be the same bits.
-        columns
-            .into_iter()
-            .find(|of| (of.length / length - 1.0).abs() < 1e-9)
+        let mut columns = self.samples.timeline.hysteresis.iter();
+        columns.find(|of| is_same_length(of.length, length))
     }
 
     fn used_rows(&self) -> Vec<bool> {

@@ -8,8 +8,8 @@ use faer::Mat;
 use linalg::{Factor, product, symmetric_eigen};
 
 use crate::error::TorqueError;
-use crate::rigid_body::design::Design;
 use crate::rigid_body::log::Log;
+use crate::rigid_body::new_rows::all_gathered;
 use crate::rigid_body::posterior::ParameterPosterior;
 use crate::samples::Samples;
 
@@ -50,7 +50,7 @@ impl ParameterPosterior {
             .collect();
         let used: Vec<usize> = kept.iter().map(|k| used[*k]).collect();
         let log = Log::new(samples)?;
-        let design = Design::new(&parts.robot, unknowns, &parts.described, &log)?;
+        let design = self.design(&log)?;
         let mut rows: Vec<(Vec<Vec<f64>>, Vec<f64>)> =
             vec![(Vec::new(), Vec::new()); unknowns.n_joints()];
         let carrier = unknowns
@@ -62,13 +62,7 @@ impl ParameterPosterior {
             };
             let panel = &panel.joints[joint];
             let rigid = design.rigid(joint, panel, self.mean(), load);
-            let all: Vec<usize> = (0..panel.qd.len()).collect();
-            let block = crate::rigid_body::design::gathered(
-                unknowns,
-                panel.columns.as_ref(),
-                &all,
-                Some(&rigid),
-            );
+            let block = all_gathered(self, panel, &rigid);
             for (row, qd) in panel.qd.iter().enumerate() {
                 let entry = |k: &usize| block[(row, if *k < own { *k } else { carrier + k - own })];
                 rows.push(kept.iter().map(entry).collect());

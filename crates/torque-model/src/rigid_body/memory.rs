@@ -1,72 +1,13 @@
-//! The hysteresis states of a motion, one step after another.
+//! The hysteresis states of the rows of a log.
+
+use std::borrow::Cow;
 
 use faer::Mat;
-use puma_dyn::robot::next_hysteresis;
 
 use crate::error::TorqueError;
 use crate::rigid_body::log::Log;
 use crate::rigid_body::unknowns::Unknowns;
 use crate::samples::Samples;
-
-/// Hysteresis states z of all joints, for each length δ, as a model wants them behind (q, q̇, q̈).
-///
-/// One multiplication, one addition and one exponential per state and step; nothing is allocated.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FrictionMemory {
-    lengths: Vec<f64>,
-    n_joints: usize,
-    z: Vec<f64>,
-}
-
-impl FrictionMemory {
-    /// The states at the beginning of a motion: zero.
-    ///
-    /// # Shapes
-    /// `lengths`, rad, as [`crate::RobotModel::hysteresis_lengths`] has them.
-    pub fn new(lengths: &[f64], n_joints: usize) -> Self {
-        Self {
-            lengths: lengths.to_vec(),
-            n_joints,
-            z: vec![0.0; lengths.len() * n_joints],
-        }
-    }
-
-    /// z, all joints of the first length, then of the next.
-    pub fn states(&self) -> &[f64] {
-        &self.z
-    }
-
-    /// Forgets the past: all states are zero.
-    pub fn reset(&mut self) {
-        self.z.fill(0.0);
-    }
-
-    /// Every joint travels straight from one position to another; the time that it takes does not matter.
-    ///
-    /// # Panics
-    /// If there are fewer positions than joints.
-    pub fn travel(&mut self, from: &[f64], to: &[f64]) {
-        let of_lengths = self.z.chunks_exact_mut(self.n_joints.max(1));
-        for (length, z) in self.lengths.iter().zip(of_lengths) {
-            for (joint, z) in z.iter_mut().enumerate() {
-                *z = next_hysteresis(*z, to[joint] - from[joint], 1.0, *length);
-            }
-        }
-    }
-
-    /// Every joint moves at q̇ for `step` seconds; see [`next_hysteresis`].
-    ///
-    /// # Panics
-    /// If `qd` is shorter than the number of joints.
-    pub fn advance(&mut self, qd: &[f64], step: f64) {
-        let of_lengths = self.z.chunks_exact_mut(self.n_joints.max(1));
-        for (length, z) in self.lengths.iter().zip(of_lengths) {
-            for (joint, z) in z.iter_mut().enumerate() {
-                *z = next_hysteresis(*z, qd[joint], step, *length);
-            }
-        }
-    }
-}
 
 /// States (q, q̇, q̈, z) of the rows of samples, in their order: z from the timeline's columns or times.
 ///
@@ -74,13 +15,13 @@ impl FrictionMemory {
 /// (n, 3ℓ + ℓ for each length).
 /// # Errors
 /// [`TorqueError::Log`] where the samples have neither; times that do not rise.
-pub(crate) fn states_with_memory(
-    samples: &Samples,
+pub(crate) fn states_with_memory<'a>(
+    samples: &'a Samples,
     unknowns: &Unknowns,
-) -> Result<Mat<f64>, TorqueError> {
+) -> Result<Cow<'a, Mat<f64>>, TorqueError> {
     let lengths = unknowns.lengths();
     if lengths.is_empty() {
-        return Ok(samples.x.to_owned());
+        return Ok(Cow::Borrowed(&samples.x));
     }
     let log = Log::new(samples)?;
     log.require_memory(lengths)?;
@@ -98,5 +39,5 @@ pub(crate) fn states_with_memory(
             }
         }
     }
-    Ok(states)
+    Ok(Cow::Owned(states))
 }

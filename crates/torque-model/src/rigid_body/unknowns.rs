@@ -2,7 +2,7 @@
 
 use puma_dyn::Model;
 use puma_dyn::dynamics::{N_PARAMETERS, parameters_of_joint};
-use puma_dyn::robot::FrictionTerm;
+use puma_dyn::robot::{DriveState, FrictionTerm};
 use std::ops::Range;
 
 /// What the torques are linear in: w = (π − π₀, θ_1, …, θ_ℓ, ψ_1, …, ψ_K).
@@ -130,6 +130,36 @@ impl Unknowns {
         (self.of_joint[joint].iter().copied())
             .chain(self.friction(joint))
             .collect()
+    }
+
+    /// What a joint's own columns are multiplied by, with the load's part at the body that carries it.
+    pub(crate) fn own_weights(&self, joint: usize, w: &[f64], load: Option<usize>) -> Vec<f64> {
+        let own = self.own(joint);
+        let mut weights: Vec<f64> = own.iter().map(|unknown| w[*unknown]).collect();
+        if let (Some(load), Some(carrier)) = (load, self.carrier_of(joint)) {
+            let of_load = &w[self.load(load)];
+            let at_carrier = weights[carrier].iter_mut().zip(of_load);
+            at_carrier.for_each(|(weight, psi)| *weight += psi);
+        }
+        weights
+    }
+
+    /// φ of a joint.
+    ///
+    /// # Shapes
+    /// `z` (lengths, ℓ), as in a state behind (q, q̇, q̈).
+    pub(crate) fn friction_row<'a>(
+        &'a self,
+        joint: usize,
+        (qd, qdd): (f64, f64),
+        z: &'a [f64],
+        rigid: f64,
+    ) -> impl Iterator<Item = f64> + 'a {
+        self.terms.iter().map(move |term| {
+            let state = self.state_of(*term);
+            let z = state.map_or(0.0, |state| z[state * self.n_joints + joint]);
+            term.value(DriveState { qd, qdd, z, rigid })
+        })
     }
 
     /// Where the carrier's ten stand among [`Unknowns::bodies_of`]; `None` for a joint that does not move it.

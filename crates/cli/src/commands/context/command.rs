@@ -12,7 +12,7 @@ use torque_model::{RobotModel, Samples, TorqueError};
 
 use crate::commands::context::evidence::evidence_of;
 use crate::commands::context::held_out::Trials;
-use crate::commands::context::loads;
+use crate::commands::context::loads::Loads;
 use crate::context::columns_error;
 use crate::context_prior::PriorArg;
 use crate::error::CliError;
@@ -169,11 +169,13 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         output::check_not_an_input(output, &[&args.model, &args.data])?;
     }
     let model = ModelFile::load(&args.model)?;
-    if let Some(posterior) = model.rigid_body() {
-        args.require_evidence_alone()?;
-        return loads::run(&args.data, &args.tau_prefix, &model, posterior, &args.print);
-    }
-    let model = ModelFile::load_several(&args.model)?;
+    let model = match model.rigid_body() {
+        Some(_) => {
+            args.require_evidence_alone()?;
+            model
+        }
+        None => model.of_several()?,
+    };
     let mut table = Table::open(&args.data)?;
     let file = table.file().to_owned();
     let (prefix, learned) = (&args.tau_prefix, model.learned_joints());
@@ -184,6 +186,10 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let samples = &data.samples;
     let x = samples.x.as_ref();
     warn_outside(model.ranges(), x, &file, &columns.states.states);
+    if let Some(posterior) = model.rigid_body() {
+        let loads = Loads::of(posterior, samples).map_err(CliError::of_data(&file))?;
+        return args.print.print(&loads, Loads::table);
+    }
 
     let (contexts, n_rows) = (model.contexts(), samples.n_rows());
     let prior = match &args.prior {

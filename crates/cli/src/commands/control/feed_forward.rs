@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use faer::MatRef;
+use puma_dyn::dynamics::Hysteresis;
 use puma_dyn::motion::{FeedForward, GravityFeedForward, JointState, ModelFeedForward};
 use puma_dyn::{Context, DynError};
-use torque_model::rigid_body::FrictionMemory;
 use torque_model::{Predictor, Scratch, TorqueError};
 
 use crate::commands::control::reference::Reference;
@@ -36,7 +36,7 @@ pub struct Learned {
     /// Number of the context.
     context: usize,
     /// Friction's memory of the desired motion.
-    memory: FrictionMemory,
+    memory: Hysteresis,
     last_q: Option<Vec<f64>>,
     x: Vec<f64>,
     mean: Vec<f64>,
@@ -150,7 +150,7 @@ impl Learned {
         Ok(Self {
             scratch: predictor.scratch(),
             context,
-            memory: FrictionMemory::new(model.hysteresis_lengths(), model.n_joints()),
+            memory: model.hysteresis(),
             last_q: None,
             x: vec![0.0; model.n_covariates()],
             mean: vec![0.0; n_learned],
