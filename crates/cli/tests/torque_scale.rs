@@ -56,54 +56,49 @@ fn errors(folder: &Folder, arguments: &str) -> Vec<f64> {
 }
 
 /// A process is equivariant under the scale of its targets, and so are nMSE and coverage.
+///
+/// `write` writes train.csv and test.csv with torques times a factor.
+fn learns_alike(model: &str, factors: &[f64], write: impl Fn(&Folder, f64)) {
+    let mut first: Option<Vec<f64>> = None;
+    for factor in factors {
+        let folder = Folder::new();
+        write(&folder, *factor);
+        folder.run(&format!(
+            "fit --data train.csv --model {model} --output m.tgp"
+        ));
+        let found = errors(&folder, "--model m.tgp --data test.csv");
+        let expected = first.get_or_insert_with(|| found.clone());
+        for (found, expected) in found.iter().zip(expected.iter()) {
+            // Searches from rounded torques end near each other, not at the same bit.
+            assert!(
+                (found / expected).ln().abs() < 0.2,
+                "{model} × {factor}: {found} {expected}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_process_learns_torques_of_any_size_alike() {
     for model in ["gpc", "gp"] {
-        let mut first: Option<Vec<f64>> = None;
-        for factor in [1.0, 1e-4, 1e-2, 1e2, 1e4] {
-            let folder = Folder::new();
+        learns_alike(model, &[1.0, 1e-4, 1e-2, 1e2, 1e4], |folder, factor| {
             folder.write("train.csv", file(&[rows("a", 1.0, 0, 60, factor, 0.0)]));
             folder.write("test.csv", file(&[rows("a", 1.0, 90, 30, factor, 0.0)]));
-            folder.run(&format!(
-                "fit --data train.csv --model {model} --output m.tgp"
-            ));
-            let found = errors(&folder, "--model m.tgp --data test.csv");
-            let expected = first.get_or_insert_with(|| found.clone());
-            for (found, expected) in found.iter().zip(expected.iter()) {
-                // Searches from rounded torques end near each other, not at the same bit.
-                assert!(
-                    (found / expected).ln().abs() < 0.2,
-                    "{model} × {factor}: {found} {expected}"
-                );
-            }
-        }
+        });
     }
 }
 
 #[test]
 fn models_of_several_loads_learn_torques_of_any_size_alike() {
     for model in ["mgp --rank 2", "igp", "pgp"] {
-        let mut first: Option<Vec<f64>> = None;
-        for factor in [1.0, 1e-4, 1e4] {
-            let folder = Folder::new();
+        learns_alike(model, &[1.0, 1e-4, 1e4], |folder, factor| {
             let of = |first, count| {
                 let loads = [("a", 1.0), ("b", 2.0), ("c", 4.0)];
                 file(&loads.map(|(name, mass)| rows(name, mass, first, count, factor, 0.0)))
             };
             folder.write("train.csv", of(0, 24));
             folder.write("test.csv", of(90, 20));
-            folder.run(&format!(
-                "fit --data train.csv --model {model} --output m.tgp"
-            ));
-            let found = errors(&folder, "--model m.tgp --data test.csv");
-            let expected = first.get_or_insert_with(|| found.clone());
-            for (found, expected) in found.iter().zip(expected.iter()) {
-                assert!(
-                    (found / expected).ln().abs() < 0.2,
-                    "{model} × {factor}: {found} {expected}"
-                );
-            }
-        }
+        });
     }
 }
 
