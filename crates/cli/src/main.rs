@@ -38,6 +38,7 @@ mod output;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 mod payload_file;
+mod payload_folder;
 mod printed;
 mod range_watch;
 mod result_table;

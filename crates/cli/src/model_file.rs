@@ -4,13 +4,17 @@ use std::ops::Deref;
 use std::path::Path;
 
 use faer::MatRef;
-use torque_model::{JointPrediction, RobotModel, TorqueError};
+use torque_model::{
+    JointPrediction, LoadDescription, RobotModel, TorqueError, carry_attached, carry_described,
+};
 
 use crate::columns::{Naming, StateColumns};
 use crate::context::columns_error;
 use crate::error::CliError;
 use crate::joints::Joints;
 use crate::messages;
+use crate::payload_file::PayloadFile;
+use crate::robot::Robot;
 
 /// A model, and the file that it was read from.
 pub struct ModelFile {
@@ -53,6 +57,45 @@ impl ModelFile {
             )));
         }
         Ok(self)
+    }
+
+    /// The model as it is, or with the context of a payload file: [`ModelFile::carrying`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with_payload(self, payload: Option<&Path>) -> Result<(Self, Option<usize>), CliError> {
+        let Some(payload) = payload else {
+            return Ok((self, None));
+        };
+        let (model, number) = self.carrying(payload)?;
+        Ok((model, Some(number)))
+    }
+
+    /// The model of the robot carrying the load of a payload file, and the number of the context in which it does.
+    ///
+    /// The context has the name of the file.
+    /// # Errors
+    /// A file that is no payload, a link that the robot does not have, a model that does not know what a load changes.
+    fn carrying(self, payload: &Path) -> Result<(Self, usize), CliError> {
+        let load = PayloadFile::read(payload)?;
+        let name = payload.display().to_string();
+        let carried = match (self.rigid_body(), &self.parts().robot) {
+            (Some(_), Some(source)) => {
+                let robot = Robot::of_source(source, &self.file)?;
+                carry_attached(&self.model, &name, &load.attached(&robot)?)
+            }
+            _ => carry_described(&self.model, &name, &LoadDescription::from(&load.payload)),
+        };
+        let model = carried.map_err(|cause| {
+            let hint = "learn with `torque-gp fit --model mgp --payloads DIR` or `--model rbd`";
+            CliError::Usage(format!(
+                "--payload {name}: {}: {cause}; {hint}",
+                self.file
+            ))
+        })?;
+        let number = model.contexts().len() - 1;
+        let file = self.file;
+        Ok((Self { file, model }, number))
     }
 
     /// The joints, for reading a table of their states.

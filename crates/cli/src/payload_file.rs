@@ -30,41 +30,77 @@ struct PayloadToml {
     link: Option<String>,
 }
 
+/// A payload as its file has it.
+pub struct PayloadFile {
+    file: String,
+    /// The body, in the axes of the link.
+    pub payload: Payload,
+    /// Name of the link, if the file says it.
+    pub link: Option<String>,
+}
+
 /// Reads a payload and fixes it to the robot.
 ///
 /// # Errors
-/// A file that cannot be read or is not such a TOML, both or neither of `inertia` and `size`, a body that cannot
-/// be, a link that does not exist or does not move, and no `link` for a robot whose last link is not unique.
+/// As for [`PayloadFile::read`] and [`PayloadFile::attached`].
 pub fn load(path: &Path, robot: &Robot) -> Result<Context, CliError> {
-    let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(CliError::io("read", file.clone()))?;
-    let refuse = |reason: String| CliError::Payload {
-        file: file.clone(),
-        reason,
-    };
-    let toml: PayloadToml = toml::from_str(&text).map_err(|error| refuse(fault(&text, &error)))?;
-    let payload = toml.payload().map_err(&refuse)?;
-    let link = match &toml.link {
-        Some(link) => link,
-        None => last_link(&robot.description).map_err(&refuse)?,
-    };
-    let frame_idx = robot.model.frame_idx(link).ok_or_else(|| {
-        let known: Vec<&str> = robot
+    PayloadFile::read(path)?.attached(robot)
+}
+
+impl PayloadFile {
+    /// Reads a payload.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not such a TOML, both or neither of `inertia` and `size`, a body that cannot
+    /// be.
+    pub fn read(path: &Path) -> Result<Self, CliError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(CliError::io("read", file.clone()))?;
+        let refuse = |reason: String| CliError::Payload {
+            file: file.clone(),
+            reason,
+        };
+        let toml: PayloadToml =
+            toml::from_str(&text).map_err(|error| refuse(fault(&text, &error)))?;
+        let payload = toml.payload().map_err(&refuse)?;
+        Ok(Self {
+            payload,
+            link: toml.link,
+            file,
+        })
+    }
+
+    /// The payload fixed to its link of a robot.
+    ///
+    /// # Errors
+    /// A link that does not exist or does not move, and no `link` for a robot whose last link is not unique.
+    pub fn attached(&self, robot: &Robot) -> Result<Context, CliError> {
+        let refuse = |reason: String| CliError::Payload {
+            file: self.file.clone(),
+            reason,
+        };
+        let link = match &self.link {
+            Some(link) => link,
+            None => last_link(&robot.description).map_err(&refuse)?,
+        };
+        let frame_idx = robot.model.frame_idx(link).ok_or_else(|| {
+            let known: Vec<&str> = robot
+                .model
+                .frames()
+                .iter()
+                .map(|frame| frame.name.as_str())
+                .collect();
+            refuse(format!(
+                "link = \"{link}\": the robot has no such link; it has {}",
+                known.join(", ")
+            ))
+        })?;
+        let attached = robot
             .model
-            .frames()
-            .iter()
-            .map(|frame| frame.name.as_str())
-            .collect();
-        refuse(format!(
-            "link = \"{link}\": the robot has no such link; it has {}",
-            known.join(", ")
-        ))
-    })?;
-    let attached = robot
-        .model
-        .attach(frame_idx, &payload)
-        .map_err(|error| refuse(error.to_string()))?;
-    Ok(attached.into())
+            .attach(frame_idx, &self.payload)
+            .map_err(|error| refuse(error.to_string()))?;
+        Ok(attached.into())
+    }
 }
 
 impl PayloadToml {

@@ -230,6 +230,18 @@ fn three_numbers(text: &str) -> Result<[f64; 3], String> {
 }
 
 impl Robot {
+    /// The robot that a model file knows, with all of its drives; `whose` is the file's name.
+    ///
+    /// # Errors
+    /// Texts that are not a robot's.
+    pub fn of_source(source: &RobotSource, whose: &str) -> Result<Self, CliError> {
+        Ok(Self {
+            description: source.description(whose)?,
+            model: source.model(whose)?,
+            effects: Effects::ALL,
+        })
+    }
+
     /// What is part of the torques, in words.
     pub fn effects_in_words(&self) -> String {
         let friction = match self.effects.friction {

@@ -6,6 +6,7 @@ mod command;
 mod contexts;
 mod control;
 mod inverse_dynamics;
+mod known_loads;
 mod learning;
 mod learning_refusals;
 mod likelihood;

@@ -3,7 +3,7 @@
 use faer::Mat;
 use kernels::laws::{self, Subject};
 use kernels::{Covariance, TorqueCovariance, TorqueForm, TorqueParams};
-use mtgp::prior::{TaskMatrix, TaskRegression};
+use mtgp::prior::{DescribedParams, DescribedTasks, TaskMatrix, TaskRegression};
 use mtgp::{MultiTaskCovariance, TaskCovariance, TaskFactor, with_task};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -74,6 +74,17 @@ fn regression(rng: &mut ChaCha8Rng, rank: usize) -> TaskRegression {
     TaskRegression::of(k_task.as_ref(), rank).unwrap().0
 }
 
+fn described(rng: &mut ChaCha8Rng) -> DescribedTasks {
+    let descriptors = Mat::from_fn(M, 2, |_, _| uniform(rng, -1.0, 2.0));
+    let params = DescribedParams {
+        bias_std: 0.6,
+        linear_std: vector(rng, 2),
+        signal_std: 0.8,
+        length_scales: vector(rng, 2),
+    };
+    DescribedTasks::new(descriptors, params).unwrap()
+}
+
 /// A prior whatever its K^ρ is made of.
 trait Prior: Covariance {
     fn between_inputs(&self) -> &TorqueCovariance;
@@ -97,6 +108,7 @@ fn all(rng: &mut ChaCha8Rng) -> Vec<(&'static str, Box<dyn Prior>)> {
         ("rank 1", factor(rng, 1)),
         ("rank 3", factor(rng, 3)),
         ("full rank", factor(rng, M)),
+        ("descriptors", TaskCovariance::Described(described(rng))),
     ];
     let regressions = [
         ("regressions", regression(rng, 3)),
@@ -105,7 +117,7 @@ fn all(rng: &mut ChaCha8Rng) -> Vec<(&'static str, Box<dyn Prior>)> {
     let (coulomb, smooth) = (TorqueForm::Coulomb, TorqueForm::Smooth);
     let mut all: Vec<(&'static str, Box<dyn Prior>)> = Vec::new();
     for ((name, task), form) in
-        (tasks.into_iter()).zip([coulomb, coulomb, smooth, coulomb, coulomb])
+        (tasks.into_iter()).zip([coulomb, coulomb, smooth, coulomb, coulomb, smooth])
     {
         let prior = MultiTaskCovariance::new(input(rng, form), task);
         all.push((name, Box::new(prior)));

@@ -9,6 +9,7 @@
 mod all_tasks;
 mod bad_input;
 mod context_filter;
+mod described_tasks;
 mod eq_16;
 mod eq_17;
 mod eq_18;

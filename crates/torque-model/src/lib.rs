@@ -1,12 +1,14 @@
 #![doc = include_str!("../README.md")]
 
 mod adapt;
+mod carry;
 mod different_states;
 mod error;
 pub mod file;
 mod fit_summary;
 mod joint_model;
 pub mod learn;
+mod load_description;
 mod parts;
 mod prediction;
 mod predictor;
@@ -21,6 +23,7 @@ mod samples;
 mod timeline;
 
 pub use adapt::{Adapt, adapt, adapt_joint};
+pub use carry::{carry_attached, carry_described};
 pub use different_states::different_states;
 pub use error::TorqueError;
 pub use faer;
@@ -30,6 +33,7 @@ pub use gp_core;
 pub use joint_model::JointModel;
 pub use kernels;
 pub use learn::Learn;
+pub use load_description::{LoadDescription, descriptors};
 pub use parts::{ModelParts, RankSelection};
 pub use prediction::JointPrediction;
 pub use predictor::{Predictor, Scratch};

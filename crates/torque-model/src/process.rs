@@ -123,12 +123,13 @@ impl TaskProcess {
         }
     }
 
-    /// The chapter's name of the model: iGP, pGP, or mGP with its rank.
+    /// The chapter's name of the model: iGP, pGP, or mGP with its rank; mGP(s) where K^ρ is by descriptors.
     pub fn name(&self) -> String {
         match self.covariance().task() {
             TaskCovariance::Identity { .. } => "iGP".to_owned(),
             TaskCovariance::Ones { .. } => "pGP".to_owned(),
             task @ TaskCovariance::Factor(_) => format!("mGP-{}", task.rank()),
+            TaskCovariance::Described(_) => "mGP(s)".to_owned(),
         }
     }
 
@@ -158,11 +159,24 @@ impl TaskProcess {
     /// # Errors
     /// As for [`TaskCovariance::with_row`].
     pub fn with_row(&self, row: &TaskRow) -> Result<Self, TorqueError> {
-        let prior = self.covariance();
-        let task = prior.task().with_row(row)?;
-        let grown = MultiTaskCovariance::new(prior.input().clone(), task);
+        Ok(self.with_tasks(self.covariance().task().with_row(row)?))
+    }
+
+    /// The process with one more task of which the descriptors are known; `None` where K^ρ is not by descriptors.
+    ///
+    /// The predictions of the other tasks stay, to the bit.
+    /// # Errors
+    /// As for [`TaskCovariance::with_described`].
+    pub fn with_described(&self, descriptor: &[f64]) -> Option<Result<Self, TorqueError>> {
+        let grown = self.covariance().task().with_described(descriptor)?;
+        Some(grown.map(|task| self.with_tasks(task)).map_err(TorqueError::from))
+    }
+
+    /// The same posterior given the old data, with a K^ρ of which that of the old tasks is a part.
+    fn with_tasks(&self, task: TaskCovariance) -> Self {
+        let grown = MultiTaskCovariance::new(self.covariance().input().clone(), task);
         let posterior = self.posterior.with_covariance(grown);
-        Ok(Self::of_tasks(posterior, self.summary.clone()))
+        Self::of_tasks(posterior, self.summary.clone())
     }
 
     /// The process conditioned on further torques of a task, with the same hyperparameters.

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use puma_dyn::{DynError, Effects, Model, Sidecar, parse_urdf, puma560};
+use puma_dyn::robot::Loaded;
+use puma_dyn::{DynError, Effects, Model, RobotDescription, Sidecar, parse_urdf, puma560};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -34,18 +35,31 @@ impl RobotSource {
     pub fn model(&self, whose: &str) -> Result<Model, DynError> {
         let model = match &self.urdf {
             None => puma560::model(),
-            Some(urdf) => {
-                let sidecar = self.sidecar.as_deref();
-                let sidecar = sidecar
-                    .map(|text| Sidecar::parse(whose, text))
-                    .transpose()?;
-                parse_urdf(whose, urdf, sidecar.as_ref())?.model
-            }
+            Some(urdf) => self.parsed(whose, urdf)?.model,
         };
         Ok(match self.gravity {
             None => model,
             Some(gravity) => model.with_gravity(gravity),
         })
+    }
+
+    /// Its links and joints by name; `whose` stands for its files in messages.
+    ///
+    /// # Errors
+    /// A text that is not a robot's.
+    pub fn description(&self, whose: &str) -> Result<RobotDescription, DynError> {
+        match &self.urdf {
+            None => Ok(puma560::description()),
+            Some(urdf) => Ok(self.parsed(whose, urdf)?.description),
+        }
+    }
+
+    fn parsed(&self, whose: &str, urdf: &str) -> Result<Loaded, DynError> {
+        let sidecar = self.sidecar.as_deref();
+        let sidecar = sidecar
+            .map(|text| Sidecar::parse(whose, text))
+            .transpose()?;
+        parse_urdf(whose, urdf, sidecar.as_ref())
     }
 
     /// SHA-256 of URDF and sidecar, one after the other; of `puma560` for the built-in robot.

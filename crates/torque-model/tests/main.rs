@@ -10,6 +10,7 @@ mod allocations;
 mod damaged_file;
 mod extended_precision;
 mod forged_files;
+mod known_loads;
 mod learning;
 mod many_loads_file;
 mod model_file;

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use serde::Serialize;
 use torque_model::{JointPrediction, JointTorques};
 
-use crate::context::COLUMN;
+use crate::context::{COLUMN, columns_error, listed};
+use crate::context_column::ContextColumn;
 use crate::data_args::DataArgs;
 use crate::error::CliError;
 use crate::messages;
@@ -28,6 +29,7 @@ use crate::text_table;
 ///   coverage  part of the measured torques inside the model's 95 % interval: 0.95 if the model knows its errors
 /// Of a model of several contexts, each row is judged in the one of its column `context`; with --context those of that
 /// one alone, which in a file without the column are all rows.
+/// With --payload, all rows are judged for one load that need not have been carried before, by its data sheet.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = EXAMPLES, verbatim_doc_comment)]
 pub struct Args {
@@ -38,6 +40,10 @@ pub struct Args {
     #[command(flatten)]
     data: DataArgs,
 
+    /// Load that is carried in all rows, by its data sheet: see `predict --help`
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "context")]
+    payload: Option<PathBuf>,
+
     #[command(flatten)]
     print: PrintArgs,
 }
@@ -46,6 +52,7 @@ const EXAMPLES: &str = "\
 Examples:
   torque-gp evaluate --model model.tgp --data test.csv
   torque-gp evaluate --model model.tgp --data log.csv --context c3 --json
+  torque-gp evaluate --model mgp.tgp --data new.csv --payload new.toml
 
 JSON: {\"n_samples\": …, \"rows\": …, \"joints\": [{\"joint\": \"joint1\", \"nmse\": …, \"rmse\": …,
 \"mean_log_predictive_density\": …, \"coverage_95\": …}, …]}; nmse is null where the measured torques are all equal.
@@ -97,14 +104,17 @@ struct ContextScores {
 /// # Errors
 /// Anything wrong with the options or a file.
 pub fn run(args: &Args) -> Result<(), CliError> {
-    let model = ModelFile::load(&args.model)?;
+    let (model, loaded) = ModelFile::load(&args.model)?.with_payload(args.payload.as_deref())?;
     let table = Table::open(&args.data.path)?;
     let file = table.file().to_owned();
     let tau_prefix = &args.data.tau_prefix;
     let learned = model.learned_joints();
     let columns = DataColumns::of_joints(&table, model.joints(), tau_prefix, &learned)?;
     model.note_order(&file, &columns.states);
-    let (data, numbers) = read(args, &model, &columns, table)?;
+    let (data, numbers) = match loaded {
+        Some(number) => read_of_one_load(&columns, table, number)?,
+        None => read(args, &model, &columns, table)?,
+    };
     warn(&file, &data, &columns, &model);
 
     let x = model
@@ -160,6 +170,29 @@ fn read(
             Ok((data, numbers))
         }
     }
+}
+
+/// All rows, which must be of one load, whatever its name.
+fn read_of_one_load(
+    columns: &DataColumns,
+    mut table: Table,
+    number: usize,
+) -> Result<(Data, Vec<usize>), CliError> {
+    let (file, header) = (table.file().to_owned(), table.column_names());
+    let data = if header.iter().any(|name| name == COLUMN) {
+        let contexts = ContextColumn::of_any(&file, &header)?;
+        columns.read_all(&mut table, contexts)?.without_only_context()
+    } else {
+        columns.read(&mut table, None)?
+    };
+    if data.samples.contexts.len() > 1 {
+        let several = listed(&data.samples.contexts);
+        let reason =
+            format!("rows of several contexts ({several}); --payload is the load of all rows");
+        return Err(columns_error(&file, reason));
+    }
+    let numbers = vec![number; data.samples.n_rows()];
+    Ok((data, numbers))
 }
 
 fn warn(file: &str, data: &Data, columns: &DataColumns, model: &ModelFile) {

@@ -31,6 +31,8 @@ const BLOCK: usize = 1024;
 /// A model whose friction remembers (rbd) needs the column t, and takes the rows in their order: as one motion, or
 /// as one for each entry of a column run; or columns of the states themselves (z0.5_1, …).
 /// A model of several contexts predicts each row in the one of its column `context`, or all in that of --context.
+/// With --payload all rows are predicted for a load that need not have been carried, by its mass and centre: with models
+/// of `fit --payloads`, and with rbd.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Args {
@@ -46,6 +48,11 @@ pub struct Args {
     /// several contexts
     #[arg(long, value_name = "NAME")]
     context: Option<String>,
+
+    /// Load that is carried in all rows, by its data sheet: mass, centre, and inertia or size (see
+    /// `inverse-dynamics --help`); for models of `fit --payloads` and rbd
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "context")]
+    payload: Option<PathBuf>,
 
     /// Torques; `-` is standard output
     #[arg(long, value_name = "FILE.csv")]
@@ -73,6 +80,7 @@ Examples:
   torque-gp predict --model model.tgp --input states.csv --output torques.csv
   torque-gp predict --model model.tgp --input test.csv --tau-prefix model_tau --observed --output compared.csv
   torque-gp predict --model mgp.tgp --context c7 --input states.csv --output torques.csv
+  torque-gp predict --model mgp.tgp --payload new.toml --input states.csv --output torques.csv
   cat states.csv | torque-gp predict --model model.tgp --input - --output -
 
 Exit status: 0, or 2 for bad input or usage; then there is one message and no output file.";
@@ -82,13 +90,18 @@ Exit status: 0, or 2 for bad input or usage; then there is one message and no ou
 /// # Errors
 /// Anything wrong with the options or a file; no output is left.
 pub fn run(args: &Args) -> Result<(), CliError> {
-    output::check_not_an_input(&args.output, &[&args.model, &args.input])?;
-    let model = ModelFile::load(&args.model)?;
+    let mut inputs = vec![args.model.as_path(), &args.input];
+    inputs.extend(args.payload.as_deref());
+    output::check_not_an_input(&args.output, &inputs)?;
+    let (model, loaded) = ModelFile::load(&args.model)?.with_payload(args.payload.as_deref())?;
     let table = Table::open(&args.input)?;
     let file = table.file().to_owned();
     let columns = StateColumns::find(&file, &table.column_names(), &model.joints())?;
     model.note_order(&file, &columns);
-    let contexts = RowContexts::new(&model, &table, args.context.as_deref())?;
+    let contexts = match loaded {
+        Some(number) => RowContexts::Same(number),
+        None => RowContexts::new(&model, &table, args.context.as_deref())?,
+    };
     let names = columns
         .naming
         .columns(&args.tau_prefix, model.joint_names());

@@ -76,6 +76,8 @@ pub enum Origin {
     Independent,
     /// A fit of a lower rank to the same data, with new columns of Λ.
     LowerRank,
+    /// What is known of several tasks beforehand: K^ρ of their descriptors.
+    Described,
     /// Given by the caller, such as a fit to fewer data.
     Given,
 }
@@ -97,6 +99,7 @@ impl Origin {
             Self::Pooled => ("A.3 from pGP", "pGP"),
             Self::Independent => ("A.3 from iGP", "iGP"),
             Self::LowerRank => ("lower rank", "lower-rank"),
+            Self::Described => ("descriptors", "descriptors"),
             Self::Given => ("given", "given"),
         }
     }

@@ -2,6 +2,7 @@
 
 mod augmented_targets;
 mod baselines;
+mod described;
 mod moments;
 mod options;
 mod parts;
@@ -14,6 +15,7 @@ mod task_fit;
 pub use crate::prior::{RankPart, rank_part};
 pub use augmented_targets::{AugmentedTargets, augmented_k_task, augmented_targets};
 pub use baselines::{fit_independent, fit_pooled};
+pub use described::{Descriptors, fit_described};
 pub use options::MultiTaskOptions;
 pub use rank_choice::{Criterion, RankCandidate, RankChoice, RankCounts, choose_rank};
 pub use ranks::{fit_ranks, fit_ranks_telling};

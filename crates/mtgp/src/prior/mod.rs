@@ -1,5 +1,6 @@
 //! The prior of eqs. (13)–(16): K^ρ, rows of samples with their task, and the two as one covariance.
 
+mod described_tasks;
 mod gradient;
 mod layout;
 mod multi_task_covariance;
@@ -11,6 +12,7 @@ mod task_noise;
 mod task_regression;
 mod task_row;
 
+pub use described_tasks::{DescribedParams, DescribedTasks};
 pub(crate) use layout::with_every_task;
 pub use layout::{Stacked, are_rows_of_tasks, split, with_task};
 pub use multi_task_covariance::MultiTaskCovariance;

@@ -4,6 +4,7 @@ use faer::{Mat, MatRef};
 use kernels::{ParamLayout, Transform};
 
 use crate::error::{MtgpError, require_count};
+use crate::prior::described_tasks::DescribedTasks;
 use crate::prior::task_matrix::{TaskMatrix, symmetric_weights};
 
 /// The factor Λ of K^ρ = ΛΛᵀ: lower triangular with its columns cut off at the rank.
@@ -78,12 +79,8 @@ impl TaskFactor {
     /// # Errors
     /// As for [`TaskFactor::new`], except for entries above the diagonal.
     pub fn from_root(root: MatRef<'_, f64>) -> Result<Self, MtgpError> {
-        let (n_tasks, rank) = (root.nrows(), root.ncols());
-        require_rank(n_tasks, rank)?;
-        let r = root.transpose().to_owned().qr().R().to_owned(); // (r, m)
-        Self::new(Mat::from_fn(n_tasks, rank, |row, col| {
-            if col <= row { r[(col, row)] } else { 0.0 }
-        }))
+        require_rank(root.nrows(), root.ncols())?;
+        Self::new(lower_trapezoidal(root))
     }
 
     /// Number of free entries r(2m + 1 − r)/2.
@@ -126,6 +123,14 @@ impl TaskFactor {
     }
 }
 
+/// Rᵀ of Bᵀ = QR, (m, r): BBᵀ = RᵀR.
+pub(crate) fn lower_trapezoidal(root: MatRef<'_, f64>) -> Mat<f64> {
+    let r = root.transpose().to_owned().qr().R().to_owned(); // (r, m)
+    Mat::from_fn(root.nrows(), root.ncols(), |row, col| {
+        if col <= row { r[(col, row)] } else { 0.0 }
+    })
+}
+
 fn require_rank(n_tasks: usize, rank: usize) -> Result<(), MtgpError> {
     match n_tasks {
         0 => Err(MtgpError::NoTasks),
@@ -157,6 +162,8 @@ pub enum TaskCovariance {
     },
     /// K^ρ = ΛΛᵀ with Λ to be learned (mGP).
     Factor(TaskFactor),
+    /// K^ρ by descriptors of the tasks (mGP(s)).
+    Described(DescribedTasks),
 }
 
 impl TaskCovariance {
@@ -166,18 +173,20 @@ impl TaskCovariance {
             Self::Identity { n_tasks } => *n_tasks,
             Self::Ones { .. } => 1,
             Self::Factor(factor) => factor.rank(),
+            Self::Described(tasks) => tasks.n_tasks(),
         }
     }
 }
 
-/// The numbers are the free entries of Λ, row by row; there are none of the fixed kinds.
+/// The numbers are the free entries of Λ, row by row, or those of [`DescribedTasks`]; there are none of the fixed kinds.
 ///
-/// Their names are `task_factor[γ,c]`, and they have no bound.
+/// The names of the former are `task_factor[γ,c]`, and they have no bound.
 impl TaskMatrix for TaskCovariance {
     fn n_tasks(&self) -> usize {
         match self {
             Self::Identity { n_tasks } | Self::Ones { n_tasks } => *n_tasks,
             Self::Factor(factor) => factor.n_tasks(),
+            Self::Described(tasks) => tasks.n_tasks(),
         }
     }
 
@@ -193,6 +202,7 @@ impl TaskMatrix for TaskCovariance {
                         .sum()
                 })
             }
+            Self::Described(tasks) => tasks.k_task(),
         }
     }
 
@@ -206,6 +216,7 @@ impl TaskMatrix for TaskCovariance {
                     scale: factor.scale,
                 },
             ),
+            Self::Described(tasks) => tasks.layout(),
         }
     }
 
@@ -213,6 +224,7 @@ impl TaskMatrix for TaskCovariance {
         match self {
             Self::Identity { .. } | Self::Ones { .. } => 0,
             Self::Factor(factor) => TaskFactor::count(factor.n_tasks(), factor.rank()),
+            Self::Described(tasks) => tasks.n_params(),
         }
     }
 
@@ -220,17 +232,22 @@ impl TaskMatrix for TaskCovariance {
         match self {
             Self::Identity { .. } | Self::Ones { .. } => Vec::new(),
             Self::Factor(factor) => factor.entries(),
+            Self::Described(tasks) => tasks.params(),
         }
     }
 
     /// The scale that a search counts in stays.
     fn set_params(&mut self, entries: &[f64]) {
         assert_eq!(entries.len(), self.n_params());
-        if let Self::Factor(factor) = self {
-            let places = free_entries(factor.n_tasks(), factor.rank());
-            for ((row, col), value) in places.zip(entries) {
-                factor.lambda[(row, col)] = *value;
+        match self {
+            Self::Identity { .. } | Self::Ones { .. } => (),
+            Self::Factor(factor) => {
+                let places = free_entries(factor.n_tasks(), factor.rank());
+                for ((row, col), value) in places.zip(entries) {
+                    factor.lambda[(row, col)] = *value;
+                }
             }
+            Self::Described(tasks) => tasks.set_params(entries),
         }
     }
 
@@ -238,13 +255,19 @@ impl TaskMatrix for TaskCovariance {
     /// ∂/∂Λ Σ_γδ T_γδ K^ρ_γδ = (T + Tᵀ) Λ
     /// ```
     fn add_adjoint(&self, weights: MatRef<'_, f64>, gradient: &mut [f64]) {
-        let symmetric = symmetric_weights(self, weights, gradient);
-        if let Self::Factor(factor) = self {
-            let product = symmetric * factor.lambda(); // (m, r)
-            let places = free_entries(factor.n_tasks(), factor.rank());
-            for ((row, col), slope) in places.zip(gradient) {
-                *slope += product[(row, col)];
+        match self {
+            Self::Identity { .. } | Self::Ones { .. } => {
+                symmetric_weights(self, weights, gradient);
             }
+            Self::Factor(factor) => {
+                let symmetric = symmetric_weights(self, weights, gradient);
+                let product = symmetric * factor.lambda(); // (m, r)
+                let places = free_entries(factor.n_tasks(), factor.rank());
+                for ((row, col), slope) in places.zip(gradient) {
+                    *slope += product[(row, col)];
+                }
+            }
+            Self::Described(tasks) => tasks.add_adjoint(weights, gradient),
         }
     }
 

@@ -33,6 +33,7 @@ pub struct TaskNoise {
 impl TaskNoise {
     /// The prior with the noise standard deviation of each task, in target units.
     ///
+    /// A K^ρ of descriptors is taken as its factor Λ from here on.
     /// # Errors
     /// [`MtgpError::CountMismatch`] unless there is one per task;
     /// [`MtgpError::Kernel`] for one that is not finite and above zero.
@@ -42,7 +43,7 @@ impl TaskNoise {
         let is_bad = |value: &f64| !(value.is_finite() && *value > 0.0);
         match task_noise_std.iter().position(is_bad) {
             None => Ok(Self {
-                prior,
+                prior: with_factor(prior)?,
                 task_noise_std,
             }),
             Some(task) => Err(MtgpError::Kernel(kernels::KernelError::NotPositive {
@@ -159,11 +160,19 @@ impl TaskNoise {
     }
 }
 
+/// The prior with Λ in the place of descriptors.
+fn with_factor(prior: MultiTaskCovariance) -> Result<MultiTaskCovariance, MtgpError> {
+    let TaskCovariance::Described(_) = prior.task() else {
+        return Ok(prior);
+    };
+    let task = TaskCovariance::Factor(factor_of(prior.task())?);
+    Ok(MultiTaskCovariance::new(prior.input().clone(), task))
+}
+
 /// Λ of any kind of K^ρ: I and 1 for the fixed kinds.
 fn factor_of(task: &TaskCovariance) -> Result<TaskFactor, MtgpError> {
     match task {
-        TaskCovariance::Identity { n_tasks } => TaskFactor::new(Mat::identity(*n_tasks, *n_tasks)),
-        TaskCovariance::Ones { n_tasks } => TaskFactor::new(Mat::full(*n_tasks, 1, 1.0)),
         TaskCovariance::Factor(factor) => Ok(factor.clone()),
+        _ => TaskFactor::new(task.root()),
     }
 }

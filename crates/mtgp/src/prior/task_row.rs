@@ -3,7 +3,9 @@
 use faer::Mat;
 
 use crate::error::{MtgpError, require_count};
-use crate::prior::task_cov::{TaskCovariance, TaskFactor};
+use crate::prior::rank_part::pivoted_columns;
+use crate::prior::task_cov::{TaskCovariance, TaskFactor, lower_trapezoidal};
+use crate::prior::task_matrix::TaskMatrix;
 
 /// How the torque of a task is made of the r latent functions f_c, and of one of its own.
 ///
@@ -53,18 +55,35 @@ impl TaskRow {
 }
 
 impl TaskCovariance {
-    /// A Λ with ΛΛᵀ = K^ρ, (m, r): that of the factor, I, or a column of ones.
+    /// A Λ with ΛΛᵀ = K^ρ, (m, r): that of the factor, I, a column of ones, or the Cholesky factor of described tasks.
     pub fn root(&self) -> Mat<f64> {
         match self {
             Self::Identity { n_tasks } => Mat::identity(*n_tasks, *n_tasks),
             Self::Ones { n_tasks } => Mat::full(*n_tasks, 1, 1.0),
             Self::Factor(factor) => factor.lambda().to_owned(),
+            Self::Described(tasks) => {
+                let k_task = tasks.k_task();
+                let (root, _) = pivoted_columns(k_task.as_ref(), tasks.n_tasks());
+                lower_trapezoidal(root.as_ref())
+            }
+        }
+    }
+
+    /// K^ρ with one more task of which the descriptors are known; `None` where K^ρ is not by descriptors.
+    ///
+    /// # Errors
+    /// As for [`crate::prior::DescribedTasks::with_task`].
+    pub fn with_described(&self, descriptor: &[f64]) -> Option<Result<Self, MtgpError>> {
+        match self {
+            Self::Described(tasks) => Some(tasks.with_task(descriptor).map(Self::Described)),
+            Self::Identity { .. } | Self::Ones { .. } | Self::Factor(_) => None,
         }
     }
 
     /// K^ρ with one more task of a given row, of the same rank: Λ grows by the row.
     ///
-    /// Its other entries keep every bit.
+    /// Its other entries keep every bit, or where tasks are described their value to rounding; descriptors are then
+    /// forgotten.
     /// # Errors
     /// [`MtgpError::CountMismatch`] or [`MtgpError::NonFinite`] unless the row has r finite entries;
     /// [`MtgpError::CountMismatch`] if it has a variance of its own, for which Λ has no column.

@@ -86,6 +86,11 @@ impl Payload {
     pub fn mass(&self) -> f64 {
         self.inertia.mass
     }
+
+    /// Mass times centre of mass, in the axes and about the origin of its frame, kg m.
+    pub fn first_moments(&self) -> [f64; 3] {
+        self.inertia.first_moment.into()
+    }
 }
 
 /// A payload expressed in the body that carries it.

@@ -7,12 +7,14 @@ use std::sync::Arc;
 use gp_core::fit::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, ParameterPrior};
 use kernels::{OnColumns, Sum, TorqueCovariance};
 use mtgp::MultiTaskCovariance;
-use mtgp::prior::{TaskCovariance, TaskFactor};
+use mtgp::prior::{DescribedParams, DescribedTasks, TaskCovariance, TaskFactor};
 use puma_dyn::Model;
 use serde::{Deserialize, Serialize};
 
 use crate::file::format::{ModelFileError, ModelFileKind, decode_model, encode_model};
-use crate::file::matrix_record::{TriangleRecord, malformed, require, require_values};
+use crate::file::matrix_record::{
+    MatrixRecord, TriangleRecord, malformed, require, require_values,
+};
 use crate::file::process_record::{ParamsRecord, PosteriorRecord, require_summary};
 use crate::file::ranges_record::RangesRecord;
 use crate::file::shared_record::SharedRecord;
@@ -112,6 +114,17 @@ enum TaskRecord {
         rank: usize,
         entries: Vec<f64>,
     },
+    Described(Box<DescribedRecord>),
+}
+
+/// K^ρ by descriptors of the contexts.
+#[derive(Serialize, Deserialize)]
+struct DescribedRecord {
+    descriptors: MatrixRecord,
+    bias_std: f64,
+    linear_std: Vec<f64>,
+    signal_std: f64,
+    length_scales: Vec<f64>,
 }
 
 /// The bytes of a model file.
@@ -385,6 +398,9 @@ impl TaskRecord {
                 rank: factor.rank(),
                 entries: factor.entries(),
             },
+            TaskCovariance::Described(tasks) => {
+                Self::Described(Box::new(DescribedRecord::of(tasks)))
+            }
         }
     }
 
@@ -395,7 +411,36 @@ impl TaskRecord {
             Self::Factor { rank, entries } => TaskCovariance::Factor(
                 TaskFactor::from_entries(n_tasks, rank, &entries).map_err(malformed)?,
             ),
+            Self::Described(record) => TaskCovariance::Described(record.into_tasks(n_tasks)?),
         })
+    }
+}
+
+impl DescribedRecord {
+    fn of(tasks: &DescribedTasks) -> Self {
+        let params = tasks.named_params();
+        Self {
+            descriptors: MatrixRecord::of(tasks.descriptors()),
+            bias_std: params.bias_std,
+            linear_std: params.linear_std,
+            signal_std: params.signal_std,
+            length_scales: params.length_scales,
+        }
+    }
+
+    fn into_tasks(self, n_tasks: usize) -> Result<DescribedTasks, ModelFileError> {
+        let descriptors = (self.descriptors).into_mat("descriptors", self.linear_std.len())?;
+        let found = descriptors.nrows();
+        require(found == n_tasks, || {
+            format!("descriptors of {found} contexts, not {n_tasks}")
+        })?;
+        let params = DescribedParams {
+            bias_std: self.bias_std,
+            linear_std: self.linear_std,
+            signal_std: self.signal_std,
+            length_scales: self.length_scales,
+        };
+        DescribedTasks::new(descriptors, params).map_err(malformed)
     }
 }
 

@@ -1,6 +1,6 @@
 //! mGP, iGP and pGP: processes of several contexts together, eqs. (13)–(16), (19) and A.3.
 
-use gp_core::Posterior;
+use gp_core::{LikelihoodOptions, Posterior};
 use kernels::Covariance;
 use mtgp::fit::{
     Criterion, MultiTaskOptions, RankCandidate, RankCounts, StageOne, choose_rank, fit_independent,
@@ -185,24 +185,34 @@ impl Learn for ManyContexts {
         joint: &JointTorques,
         candidate: Candidate,
     ) -> Result<JointModel, TorqueError> {
-        let task = match candidate {
-            Candidate::Model(model) => return Ok(*model),
-            Candidate::Tasks(task) => task,
-        };
-        let data = stacked(samples)?;
-        let posterior = Posterior::new(
-            task.covariance,
-            task.noise_std,
-            data.inputs(),
-            &data.stack(&joint.values),
-            self.options.likelihood,
-        )?;
-        let summary = FitSummary::of(&task.report);
-        Ok(TaskProcess::of_tasks(posterior, summary).into())
+        conditioned(samples, joint, candidate, self.options.likelihood)
     }
 }
 
-fn stacked(samples: &Samples) -> Result<Stacked, MtgpError> {
+/// The model of hyperparameters that were learned from these samples.
+pub(super) fn conditioned(
+    samples: &Samples,
+    joint: &JointTorques,
+    candidate: Candidate,
+    likelihood: LikelihoodOptions,
+) -> Result<JointModel, TorqueError> {
+    let task = match candidate {
+        Candidate::Model(model) => return Ok(*model),
+        Candidate::Tasks(task) => task,
+    };
+    let data = stacked(samples)?;
+    let posterior = Posterior::new(
+        task.covariance,
+        task.noise_std,
+        data.inputs(),
+        &data.stack(&joint.values),
+        likelihood,
+    )?;
+    let summary = FitSummary::of(&task.report);
+    Ok(TaskProcess::of_tasks(posterior, summary).into())
+}
+
+pub(super) fn stacked(samples: &Samples) -> Result<Stacked, MtgpError> {
     let n_contexts = samples.contexts.len();
     Stacked::new(samples.x.as_ref(), &samples.context_of, n_contexts)
 }

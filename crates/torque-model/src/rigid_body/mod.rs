@@ -8,6 +8,7 @@
 //! What is learned is one normal posterior, in closed form.
 
 mod adapt;
+mod carry;
 mod choice;
 mod consistency;
 mod correlation;

@@ -46,7 +46,14 @@ pub struct Args {
     #[arg(long, value_enum)]
     pub criterion: Option<CriterionArg>,
 
-    /// Contexts in which the robot carries nothing (rbd); without, what is described may carry a tool
+    /// Folder with what is carried in each context, NAME.toml for context NAME (mgp): mass, centre, and inertia or size
+    /// (see `inverse-dynamics --help`); loads are then related by their mass and first moments alone, and
+    /// `predict --payload` is for any load
+    #[arg(long, value_name = "DIR")]
+    pub payloads: Option<PathBuf>,
+
+    /// Contexts in which the robot carries nothing (rbd, and mgp with --payloads); without, what rbd describes may carry
+    /// a tool
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub bare: Vec<String>,
 
@@ -212,6 +219,7 @@ Examples:
   torque-gp fit --data train.csv --output model.tgp
   torque-gp fit --data log.csv --context c3 --joints 1,3 --model lrc --output model.tgp
   torque-gp fit --data runs.csv --model mgp --rank 4 --output model.tgp
+  torque-gp fit --data runs.csv --model mgp --payloads loads --bare free --output model.tgp
   torque-gp fit --data log.csv --model rbd+gp --robot arm.urdf --output model.tgp
   torque-gp fit --data log.csv --joints shoulder,elbow --starts chapter --threads 1 --output model.tgp
 
@@ -240,7 +248,19 @@ impl Args {
             _ if self.chapter && needs_robot => {
                 format!("--chapter goes with all models but rbd and rbd+gp, not {model}")
             }
-            _ if !self.bare.is_empty() && self.model != ModelArg::Rbd => {
+            _ if self.payloads.is_some() && self.model != ModelArg::Mgp => {
+                format!("--payloads goes with --model mgp, not {model}")
+            }
+            (rank, criterion) if self.payloads.is_some() && (rank, criterion) != (None, None) => {
+                "--payloads relates the contexts by their loads, which has no rank: leave --rank and --criterion out"
+                    .to_owned()
+            }
+            _ if !self.bare.is_empty() && self.model == ModelArg::Mgp && self.payloads.is_none() => {
+                "--bare goes with --model mgp only beside --payloads".to_owned()
+            }
+            _ if !self.bare.is_empty()
+                && !matches!(self.model, ModelArg::Rbd | ModelArg::Mgp) =>
+            {
                 format!("--bare goes with --model rbd, not {model}")
             }
             _ if self.friction_terms.is_some() && self.model != ModelArg::Rbd => {

@@ -8,7 +8,7 @@ use torque_model::learn::{Learn, Learned, learn_joints};
 use torque_model::{Provenance, RobotModel, Samples, TorqueError};
 
 use crate::commands::fit::args::{Args, ModelArg, RankArg};
-use crate::commands::fit::learner::learner;
+use crate::commands::fit::learner::{described_contexts, learner};
 use crate::commands::fit::progress::Progress;
 use crate::commands::fit::report;
 use crate::context::{COLUMN, columns_error};
@@ -69,6 +69,10 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let data = read(args, &file, &mut table, &columns)?;
     check_bare(args, &file, &data)?;
     check(&file, &data)?;
+    let learner = match &args.payloads {
+        Some(folder) => described_contexts(args, folder, &data.samples.contexts)?,
+        None => learner,
+    };
     let learned = learn(args, &data.samples, learner.as_ref(), &file)?;
     let provenance = Provenance {
         data_sha256: table.sha256().unwrap_or_default(),
@@ -78,7 +82,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     };
     let model = RobotModel::of_learned(&data.samples, learner.as_ref(), learned, provenance);
     let model = model.map_err(CliError::of_data(&file))?;
-    if args.model == ModelArg::Mgp {
+    if args.model == ModelArg::Mgp && args.payloads.is_none() {
         warn_of_few_states(&file, &model, &data.samples).map_err(CliError::of_data(&file))?;
     }
     let bytes = model.to_bytes();

@@ -1,18 +1,21 @@
 //! The way to learn that the options ask for.
 
+use std::path::Path;
+
 use gp_core::{FitOptions, LikelihoodOptions, Starts};
 use kernels::TorqueForm;
 use mtgp::MultiTaskOptions;
 use puma_dyn::Effects;
 use torque_model::Robot;
 use torque_model::learn::{
-    InOwnUnit, Learn, Linear, ManyContexts, Ranks, RigidBody, RigidBodyForm, SharedParameters,
+    DescribedContexts, InOwnUnit, Learn, Linear, ManyContexts, Ranks, RigidBody, RigidBodyForm, SharedParameters,
     SingleProcess, Tasks,
 };
 use torque_model::rigid_body::FitSettings;
 
 use crate::commands::fit::args::{Args, FrictionTermsArg, ModelArg, RankArg, StartsArg};
 use crate::error::CliError;
+use crate::payload_folder;
 
 /// The learner, with the robot that its parameters are of, if any.
 ///
@@ -101,13 +104,39 @@ fn rigid_body(args: &Args) -> Result<RigidBody, CliError> {
 }
 
 fn many_contexts(args: &Args, tasks: Tasks) -> Box<dyn Learn> {
+    let options = multi_task_options(args);
+    let likelihood = options.likelihood;
+    of_unit(args, ManyContexts { tasks, options }, likelihood)
+}
+
+/// The learner of contexts with the loads of `--payloads`.
+///
+/// # Errors
+/// A context without a payload file that is not declared bare, or with both; files that are no payloads or on
+/// different links.
+pub fn described_contexts(
+    args: &Args,
+    folder: &Path,
+    contexts: &[String],
+) -> Result<Box<dyn Learn>, CliError> {
+    let bare: Vec<&str> = args.bare.iter().map(|name| name.trim()).collect();
+    let options = multi_task_options(args);
+    let likelihood = options.likelihood;
+    let loads = payload_folder::read(folder, contexts, &bare)?;
+    Ok(of_unit(
+        args,
+        DescribedContexts { loads, options },
+        likelihood,
+    ))
+}
+
+fn multi_task_options(args: &Args) -> MultiTaskOptions {
     let mut options = match args.starts {
         StartsArg::Chapter => MultiTaskOptions::chapter(),
         StartsArg::Several => MultiTaskOptions::several(),
     };
     options.likelihood.method = args.method.method();
-    let likelihood = options.likelihood;
-    of_unit(args, ManyContexts { tasks, options }, likelihood)
+    options
 }
 
 /// With the chapter's bounds, which are in N·m, or with bounds that follow the torques.
