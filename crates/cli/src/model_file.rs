@@ -88,10 +88,7 @@ impl ModelFile {
         };
         let model = carried.map_err(|cause| {
             let hint = "learn with `torque-gp fit --model mgp --payloads DIR` or `--model rbd`";
-            CliError::Usage(format!(
-                "--payload {name}: {}: {cause}; {hint}",
-                self.file
-            ))
+            CliError::Usage(format!("{name}: {}: {cause}; {hint}", self.file))
         })?;
         let number = model.contexts().len() - 1;
         let file = self.file;

@@ -84,12 +84,13 @@ fn a_load_is_predicted_by_its_data_sheet_alone() {
 fn what_does_not_fit_is_refused_by_name() {
     let folder = folder();
     let fit = |options: &str| {
-        folder.refusal(&format!(
-            "fit --data runs.csv --output model.tgp {options}"
-        ))
+        folder.refusal(&format!("fit --data runs.csv --output model.tgp {options}"))
     };
     let missing = fit("--model mgp --payloads .");
-    assert!(missing.contains("context `free`") && missing.contains("--bare free"), "{missing}");
+    assert!(
+        missing.contains("context `free`") && missing.contains("--bare free"),
+        "{missing}"
+    );
     let both = fit("--model mgp --payloads . --bare free,a");
     assert!(both.contains("--bare a"), "{both}");
     let ranked = fit("--model mgp --payloads . --bare free --rank 2");
@@ -100,12 +101,21 @@ fn what_does_not_fit_is_refused_by_name() {
     assert!(alone.contains("--payloads"), "{alone}");
     folder.write("b.toml", payload(1.0) + "link = \"tool\"\n");
     let links = fit("--model mgp --payloads . --bare free");
-    assert!(links.contains("b.toml") && links.contains("tool"), "{links}");
-    folder.write("b.toml", "mass = -1\ncentre = [0, 0, 0]\nsize = [1, 1, 1]\n");
+    assert!(
+        links.contains("b.toml") && links.contains("tool"),
+        "{links}"
+    );
+    folder.write(
+        "b.toml",
+        "mass = -1\ncentre = [0, 0, 0]\nsize = [1, 1, 1]\n",
+    );
     let negative = fit("--model mgp --payloads . --bare free");
     assert!(negative.contains("b.toml"), "{negative}");
     for name in ["a", "b", "c"] {
-        folder.write(&format!("{name}.toml"), "mass = 0\ncentre = [0, 0, 0]\nsize = [0, 0, 0]\n");
+        folder.write(
+            &format!("{name}.toml"),
+            "mass = 0\ncentre = [0, 0, 0]\nsize = [0, 0, 0]\n",
+        );
     }
     let same = fit("--model mgp --payloads . --bare free");
     assert!(same.contains("same mass and centre"), "{same}");
@@ -152,7 +162,6 @@ fn an_identified_pendulum_carries_what_a_file_says() {
     // The URDF is about right, and the loads are as the files say: m g c cos q.
     assert!(new < 1e-3, "{new:e}");
     folder.write("new.toml", payload(1.7) + "link = \"wrist\"\n");
-    let link = folder
-        .refusal("evaluate --model rbd.tgp --data test.csv --payload new.toml");
+    let link = folder.refusal("evaluate --model rbd.tgp --data test.csv --payload new.toml");
     assert!(link.contains("wrist"), "{link}");
 }

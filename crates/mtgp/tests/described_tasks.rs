@@ -171,7 +171,11 @@ fn pendulum(load: f64, x: &Mat<f64>) -> Vec<f64> {
 fn swing(first: usize, count: usize) -> Mat<f64> {
     Mat::from_fn(count, 3, |row, col| {
         let phase = (first + row) as f64;
-        [(0.7 * phase).sin(), 2.0 * (1.1 * phase).cos(), (1.9 * phase).sin()][col]
+        [
+            (0.7 * phase).sin(),
+            2.0 * (1.1 * phase).cos(),
+            (1.9 * phase).sin(),
+        ][col]
     })
 }
 

@@ -52,7 +52,8 @@ pub fn carry_attached(
     carried: &Context,
 ) -> Result<RobotModel, TorqueError> {
     let Some(posterior) = model.rigid_body() else {
-        let what = "it is no model of a robot's parameters, to which those of a load could be added";
+        let what =
+            "it is no model of a robot's parameters, to which those of a load could be added";
         return Err(TorqueError::OtherKind {
             what: what.to_owned(),
         });

@@ -63,7 +63,9 @@ pub fn descriptors(loads: &[LoadDescription]) -> Result<Descriptors, TorqueError
     let mass = if of_mass > 0.0 {
         of_mass
     } else {
-        loads.iter().fold(0.0, |most: f64, load| most.max(load.mass))
+        loads
+            .iter()
+            .fold(0.0, |most: f64, load| most.max(load.mass))
     };
     let moment = if of_moments > 0.0 {
         of_moments
@@ -78,7 +80,10 @@ pub fn descriptors(loads: &[LoadDescription]) -> Result<Descriptors, TorqueError
 
 /// Standard deviation; exactly zero for numbers that are equal.
 fn spread(values: &[f64]) -> f64 {
-    if values.iter().all(|value| value.total_cmp(&values[0]).is_eq()) {
+    if values
+        .iter()
+        .all(|value| value.total_cmp(&values[0]).is_eq())
+    {
         return 0.0;
     }
     let n = values.len() as f64;
@@ -116,7 +121,10 @@ mod tests {
     #[test]
     fn what_does_not_differ_has_the_size_of_what_does() {
         let on_the_axis = [LoadDescription::NOTHING, load(2.0, [0.0; 3])];
-        assert_eq!(descriptors(&on_the_axis).unwrap().units, [1.0, 0.1, 0.1, 0.1]);
+        assert_eq!(
+            descriptors(&on_the_axis).unwrap().units,
+            [1.0, 0.1, 0.1, 0.1]
+        );
         let of_one_mass = [load(2.0, [0.0; 3]), load(2.0, [6.0, 0.0, 0.0])];
         let units = descriptors(&of_one_mass).unwrap().units;
         assert_eq!(units[0], 2.0);

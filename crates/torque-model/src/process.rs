@@ -169,7 +169,11 @@ impl TaskProcess {
     /// As for [`TaskCovariance::with_described`].
     pub fn with_described(&self, descriptor: &[f64]) -> Option<Result<Self, TorqueError>> {
         let grown = self.covariance().task().with_described(descriptor)?;
-        Some(grown.map(|task| self.with_tasks(task)).map_err(TorqueError::from))
+        Some(
+            grown
+                .map(|task| self.with_tasks(task))
+                .map_err(TorqueError::from),
+        )
     }
 
     /// The same posterior given the old data, with a K^ρ of which that of the old tasks is a part.

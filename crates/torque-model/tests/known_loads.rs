@@ -35,7 +35,9 @@ fn arms() -> (Robot, Robot) {
 
 fn states(seed: u64, n: usize) -> Mat<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    Mat::from_fn(n, 6, |_, col| [2.0, 2.0, 1.5, 1.5, 4.0, 4.0][col] * rng.random_range(-1.0..1.0))
+    Mat::from_fn(n, 6, |_, col| {
+        [2.0, 2.0, 1.5, 1.5, 4.0, 4.0][col] * rng.random_range(-1.0..1.0)
+    })
 }
 
 /// Torques of the arm with a load, (n, 2), without noise or friction.
@@ -46,7 +48,16 @@ fn torques(robot: &Model, load: &Context, x: &Mat<f64>) -> Mat<f64> {
         let state: Vec<f64> = x.row(row).iter().copied().collect();
         let mut tau = [0.0; 2];
         let (q, qd, qdd) = (&state[..2], &state[2..4], &state[4..]);
-        rnea(robot, &mut workspace, Effects::ALL, load, q, qd, qdd, &mut tau);
+        rnea(
+            robot,
+            &mut workspace,
+            Effects::ALL,
+            load,
+            q,
+            qd,
+            qdd,
+            &mut tau,
+        );
         all[(row, 0)] = tau[0];
         all[(row, 1)] = tau[1];
     }
@@ -55,7 +66,12 @@ fn torques(robot: &Model, load: &Context, x: &Mat<f64>) -> Mat<f64> {
 
 /// A load of a kilogram or so, in the axes of the last link.
 fn payload(mass: f64) -> Payload {
-    Payload::new(mass, [0.25, 0.0, 0.03], [0.002, 0.004, 0.003, 0.0, 0.0, 0.0]).unwrap()
+    Payload::new(
+        mass,
+        [0.25, 0.0, 0.03],
+        [0.002, 0.004, 0.003, 0.0, 0.0, 0.0],
+    )
+    .unwrap()
 }
 
 fn carried(robot: &Model, mass: f64) -> Context {
@@ -138,7 +154,10 @@ fn an_identified_arm_with_a_known_load_has_the_torques_of_rnea() {
     let bare = torques(&truth.model, &Context::empty(), &x);
     let (identified, _) = largest_error(&model, 0, &x, &bare);
     // The load adds nothing to the arm's own error but rounding.
-    assert!(known <= identified + 1e-9 * size, "{known:e} {identified:e}");
+    assert!(
+        known <= identified + 1e-9 * size,
+        "{known:e} {identified:e}"
+    );
     assert!(known <= 1e-3 * size, "{known:e} {size}");
 
     // The load is known exactly: the uncertainty is that of the bare arm.
@@ -199,7 +218,7 @@ fn described(mass: f64) -> LoadDescription {
 fn a_process_of_described_loads_predicts_another_and_its_file_does_the_same() {
     let (truth, _) = arms();
     let loads = [("free", 0.0), ("A", 0.6), ("B", 1.1), ("C", 1.8)];
-    let train = samples(&truth, &loads, 5, 25);
+    let train = samples(&truth, &loads, 5, 60);
     let learner = DescribedContexts {
         loads: loads.iter().map(|(_, mass)| described(*mass)).collect(),
         options: MultiTaskOptions::several(),
@@ -209,9 +228,10 @@ fn a_process_of_described_loads_predicts_another_and_its_file_does_the_same() {
     assert_eq!(model.learned()[0].1.name(), "mGP(s)");
 
     let x = states(11, 200);
-    let expected = torques(&truth.model, &carried(&truth.model, 1.4), &x);
     let grown = carry_described(&model, "new.toml", &described(1.4)).unwrap();
-    let squares = |model: &RobotModel, context: usize| -> f64 {
+    // Of the torques with a mass, by the model of a context.
+    let squares = |model: &RobotModel, context: usize, mass: f64| -> f64 {
+        let expected = torques(&truth.model, &carried(&truth.model, mass), &x);
         let found = model.predict(context, x.as_ref()).unwrap();
         let errors = found.iter().enumerate().flat_map(|(joint, of)| {
             let truth = expected.col(joint).iter();
@@ -219,8 +239,12 @@ fn a_process_of_described_loads_predicts_another_and_its_file_does_the_same() {
         });
         errors.sum()
     };
-    let (new, nearest) = (squares(&grown, 4), squares(&model, 2).min(squares(&model, 3)));
-    assert!(new <= 0.1 * nearest, "{new:e} {nearest:e}");
+    let new = squares(&grown, 4, 1.4);
+    // As well as the loads that it was learned from, and much better than the nearest of them.
+    let own = squares(&model, 2, 1.1).max(squares(&model, 3, 1.8));
+    let nearest = squares(&model, 2, 1.4).min(squares(&model, 3, 1.4));
+    assert!(new <= 1.5 * own, "{new:e} {own:e}");
+    assert!(new <= 0.25 * nearest, "{new:e} {nearest:e}");
     // The others stay, to the bit.
     for context in 0..4 {
         assert_eq!(
@@ -243,7 +267,7 @@ fn a_process_of_described_loads_predicts_another_and_its_file_does_the_same() {
     new.context_of.clear();
     let how = Adapt::default();
     let adapted = adapt(&model, "D", &new, how, Provenance::new("test", b"")).unwrap();
-    assert!(squares(&adapted, 4) <= 0.2 * nearest);
+    assert!(squares(&adapted, 4, 1.4) <= 0.25 * nearest);
     let refused = carry_described(&adapted, "new.toml", &described(1.4));
     assert!(matches!(refused, Err(TorqueError::OtherKind { .. })));
     let refused = carry_attached(&model, "new.toml", &Context::empty());

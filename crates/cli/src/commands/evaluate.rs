@@ -181,7 +181,9 @@ fn read_of_one_load(
     let (file, header) = (table.file().to_owned(), table.column_names());
     let data = if header.iter().any(|name| name == COLUMN) {
         let contexts = ContextColumn::of_any(&file, &header)?;
-        columns.read_all(&mut table, contexts)?.without_only_context()
+        columns
+            .read_all(&mut table, contexts)?
+            .without_only_context()
     } else {
         columns.read(&mut table, None)?
     };

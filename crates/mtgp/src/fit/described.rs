@@ -46,11 +46,7 @@ pub fn fit_described(
     let n_rows = descriptors.values.nrows();
     require_count("rows of descriptors", n_rows, data.n_tasks())?;
     let n_units = descriptors.units.len();
-    require_count(
-        "units of descriptors",
-        n_units,
-        descriptors.values.ncols(),
-    )?;
+    require_count("units of descriptors", n_units, descriptors.values.ncols())?;
     let mut parts = smaller_parts(data, targets, options)?;
     parts.push((data.clone(), targets.to_vec()));
     let (first, of_first) = &parts[0];

@@ -27,7 +27,10 @@ impl ParameterPosterior {
         let parts = self.parts();
         let loaded = inertial_parameters(&parts.robot, carried);
         let bare = inertial_parameters(&parts.robot, &Context::empty());
-        let of_load = loaded.iter().zip(bare).map(|(with, without)| with - without);
+        let of_load = loaded
+            .iter()
+            .zip(bare)
+            .map(|(with, without)| with - without);
         let unknowns = self.unknowns().with_loads(0);
         let NormalEquations { h, b } = self.without_loads()?;
         Self::new(PosteriorParts {
@@ -60,14 +63,22 @@ impl ParameterPosterior {
         });
         let factor = Factor::new(matrix).map_err(gp_core::GpError::from)?;
         let mut half = Mat::from_fn(n_loads, n_own + 1, |row, col| {
-            let entry = if col < n_own { h[(n_own + row, col)] } else { b[n_own + row] };
+            let entry = if col < n_own {
+                h[(n_own + row, col)]
+            } else {
+                b[n_own + row]
+            };
             std[row] * entry
         });
         factor.half_solve_in_place(half.as_mut()); // L⁻¹ (C, S_l b_l)
         let explained = product(half.transpose(), half.as_ref());
         Ok(NormalEquations {
-            h: Mat::from_fn(n_own, n_own, |row, col| h[(row, col)] - explained[(row, col)]),
-            b: (0..n_own).map(|row| b[row] - explained[(row, n_own)]).collect(),
+            h: Mat::from_fn(n_own, n_own, |row, col| {
+                h[(row, col)] - explained[(row, col)]
+            }),
+            b: (0..n_own)
+                .map(|row| b[row] - explained[(row, n_own)])
+                .collect(),
         })
     }
 }

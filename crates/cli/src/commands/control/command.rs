@@ -6,7 +6,7 @@ use puma_dyn::Context;
 use puma_dyn::motion::{ClosedLoop, Rate, Tick};
 
 use crate::columns::Naming;
-use crate::commands::control::feed_forward::Source;
+use crate::commands::control::feed_forward::{Asked, Source};
 use crate::commands::control::gains::GainArgs;
 use crate::commands::control::reference::Reference;
 use crate::commands::control::summary::{Summary, Tally};
@@ -51,6 +51,10 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     context: Option<String>,
 
+    /// Load that the model file is asked for, by its data sheet: see `predict --help`
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "context")]
+    model_payload: Option<PathBuf>,
+
     #[command(flatten)]
     gains: GainArgs,
 
@@ -76,6 +80,8 @@ Examples:
   torque-gp control --robot puma560 --payload c3.toml --reference run.csv --feed-forward exact --bandwidth 8
   torque-gp control --robot puma560 --payload c3.toml --reference run.csv --feed-forward mgp.tgp --context c3 \\
       --bandwidth 8 --output ticks.csv
+  torque-gp control --robot puma560 --payload new.toml --reference run.csv --feed-forward mgp.tgp \\
+      --model-payload new.toml --bandwidth 8
   torque-gp control --robot arm.urdf --reference run.csv --feed-forward gravity --kp 80,60 --kd 8,6 --json
 
 Exit status: 0, or 2 for bad input or usage; then there is one message and no output file.";
@@ -96,7 +102,10 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         None => Context::empty(),
     };
     let reference = Reference::read(&args.reference, &robot.model)?;
-    let asked = args.context.as_deref();
+    let asked = Asked {
+        context: args.context.as_deref(),
+        payload: args.model_payload.as_deref(),
+    };
     let mut source = Source::open(&args.feed_forward, asked, &robot, &payload, &reference)?;
     let controller = args.gains.controller(&robot, &reference)?;
 
@@ -133,6 +142,7 @@ impl Args {
         let mut inputs = self.robot.request().files();
         inputs.extend([self.reference.as_path(), self.feed_forward.as_path()]);
         inputs.extend(self.payload.as_deref());
+        inputs.extend(self.model_payload.as_deref());
         inputs
     }
 

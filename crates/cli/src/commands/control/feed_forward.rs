@@ -28,6 +28,15 @@ pub enum Source<'a> {
     Learned(Box<Learned>),
 }
 
+/// Which load a model file is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked<'a> {
+    /// Name of a context.
+    pub context: Option<&'a str>,
+    /// A payload file.
+    pub payload: Option<&'a Path>,
+}
+
 /// A learned model as the loop asks it.
 pub struct Learned {
     model: ModelFile,
@@ -50,10 +59,10 @@ impl<'a> Source<'a> {
     ///
     /// # Errors
     /// A file that is no model or one of other joints, a context that it does not have or that is not asked for,
-    /// a context for what is no model.
+    /// a context or payload for what is no model.
     pub fn open(
         name: &Path,
-        context: Option<&str>,
+        asked: Asked<'_>,
         robot: &'a Robot,
         payload: &Context,
         reference: &Reference,
@@ -64,17 +73,19 @@ impl<'a> Source<'a> {
             Some("gravity") => Self::Gravity(GravityFeedForward::new(model, payload)),
             Some("exact") => Self::Exact(ModelFeedForward::new(model, robot.effects, payload)),
             _ => {
-                let learned = Learned::load(name, context, robot, reference)?;
+                let learned = Learned::load(name, asked, robot, reference)?;
                 return Ok(Self::Learned(Box::new(learned)));
             }
         };
-        match context {
-            None => Ok(source),
-            Some(asked) => Err(CliError::Usage(format!(
-                "--context {asked} is for model files; --feed-forward {} is none",
-                name.display()
-            ))),
-        }
+        let option = match (asked.context, asked.payload) {
+            (None, None) => return Ok(source),
+            (Some(context), _) => format!("--context {context}"),
+            (None, Some(payload)) => format!("--model-payload {}", payload.display()),
+        };
+        Err(CliError::Usage(format!(
+            "{option} is for model files; --feed-forward {} is none",
+            name.display()
+        )))
     }
 
     /// What stopped a run, with the cause if it is this.
@@ -115,7 +126,7 @@ impl FeedForward for Source<'_> {
 impl Learned {
     fn load(
         path: &Path,
-        context: Option<&str>,
+        asked: Asked<'_>,
         robot: &Robot,
         reference: &Reference,
     ) -> Result<Self, CliError> {
@@ -126,24 +137,13 @@ impl Learned {
             );
             return Err(CliError::Usage(reason));
         }
-        let model = ModelFile::load(path)?;
+        let (model, loaded) = ModelFile::load(path)?.with_payload(asked.payload)?;
         let whose = &model.file;
         require_joints(whose, model.joint_names(), robot.model.joint_names())?;
         warn(&model, robot, reference);
-        let context = match (model.contexts(), context) {
-            ([] | [_], None) => 0,
-            ([], Some(asked)) => {
-                return Err(CliError::Usage(format!(
-                    "--context {asked}: {whose} is a model of one context; leave --context out"
-                )));
-            }
-            (contexts, Some(asked)) => number_of(asked, contexts, whose)?,
-            (contexts, None) => {
-                return Err(CliError::Usage(format!(
-                    "{whose} is a model of several contexts; choose one with --context NAME: {}",
-                    contexts.join(", ")
-                )));
-            }
+        let context = match loaded {
+            Some(number) => number,
+            None => number_asked_for(&model, asked.context)?,
         };
         let predictor = model.predictor();
         let n_learned = predictor.n_learned();
@@ -185,6 +185,23 @@ impl Learned {
         for (joint_idx, mean) in predictor.joint_indices().iter().zip(mean.iter()) {
             tau[*joint_idx] = *mean;
         }
+    }
+}
+
+/// # Errors
+/// A context that the model does not have, or none for a model of several.
+fn number_asked_for(model: &ModelFile, context: Option<&str>) -> Result<usize, CliError> {
+    let whose = &model.file;
+    match (model.contexts(), context) {
+        ([] | [_], None) => Ok(0),
+        ([], Some(asked)) => Err(CliError::Usage(format!(
+            "--context {asked}: {whose} is a model of one context; leave --context out"
+        ))),
+        (contexts, Some(asked)) => number_of(asked, contexts, whose),
+        (contexts, None) => Err(CliError::Usage(format!(
+            "{whose} is a model of several contexts; choose one with --context NAME: {}",
+            contexts.join(", ")
+        ))),
     }
 }
 

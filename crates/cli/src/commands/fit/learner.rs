@@ -8,8 +8,8 @@ use mtgp::MultiTaskOptions;
 use puma_dyn::Effects;
 use torque_model::Robot;
 use torque_model::learn::{
-    DescribedContexts, InOwnUnit, Learn, Linear, ManyContexts, Ranks, RigidBody, RigidBodyForm, SharedParameters,
-    SingleProcess, Tasks,
+    DescribedContexts, InOwnUnit, Learn, Linear, ManyContexts, Ranks, RigidBody, RigidBodyForm,
+    SharedParameters, SingleProcess, Tasks,
 };
 use torque_model::rigid_body::FitSettings;
 
