@@ -17,6 +17,9 @@ pub const WEIGHT_VAR: f64 = 1e4;
 /// Noise variance, in squared target units. Source: eq. (9), t ~ N(x̃ᵀβ, 10⁻⁴).
 pub const LINEAR_NOISE_VAR: f64 = 1e-4;
 
+/// Samples that variances can be learned from at least.
+const LEAST_SAMPLES: usize = 2;
+
 /// Whether the linear model sees the signs of the joint velocities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LinearForm {
@@ -100,11 +103,38 @@ impl BayesLinear {
         targets: &[f64],
         form: LinearForm,
     ) -> Result<Self, GpError> {
-        require_training_data(x, targets, 2)?;
+        Self::fit_correlated_by_evidence(x, targets, form, 1.0)
+    }
+
+    /// The same for samples of which c tell as much as one.
+    ///
+    /// ```text
+    /// σ²A = X̃ᵀX̃/c + (σ/τ)²S²,   σ² and τ² by the evidence to the power 1/c
+    /// ```
+    /// so that n samples say what n/c independent ones would; c counts up to n/2.
+    /// σ² stays the variance of one target.
+    /// # Shapes
+    /// As for [`BayesLinear::fit`].
+    /// # Errors
+    /// As for [`BayesLinear::fit_by_evidence`].
+    /// # Panics
+    /// If c is not at least 1.
+    /// # Source
+    /// Bayley & Hammersley 1946 for n/c.
+    pub fn fit_correlated_by_evidence(
+        x: MatRef<'_, f64>,
+        targets: &[f64],
+        form: LinearForm,
+        correlation: f64,
+    ) -> Result<Self, GpError> {
+        assert!(correlation >= 1.0, "{correlation} rows for one");
+        require_training_data(x, targets, LEAST_SAMPLES)?;
         let n_joints = joints_of(x)?;
         let features = features(x, n_joints, form); // (n, p)
         let scales = Standardised::of(&features);
-        let found = most_evident(&scales.of_rows(&features), targets);
+        let most = features.nrows() as f64 / LEAST_SAMPLES as f64;
+        let weight = 1.0 / correlation.min(most).max(1.0);
+        let found = most_evident(&scales.of_rows(&features), targets, weight);
         let linear = Self {
             form,
             n_joints,
@@ -112,8 +142,10 @@ impl BayesLinear {
             r: Mat::new(),
             noise_var: found.noise_var,
         };
-        let ratio = found.noise_to_weight;
-        Ok(linear.conditioned(&features, targets, scales.prior_rows(ratio).as_ref()))
+        let prior_rows = scales.prior_rows(found.noise_to_weight);
+        let root = weight.sqrt();
+        let weighted: Vec<f64> = targets.iter().map(|target| root * target).collect();
+        Ok(linear.conditioned(&(faer::Scale(root) * features), &weighted, prior_rows.as_ref()))
     }
 
     /// The same model, with the weights' posterior given rows of x̃, and of σ/τ for the prior.
