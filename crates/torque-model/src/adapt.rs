@@ -12,9 +12,9 @@ use crate::error::{TorqueError, consistent};
 use crate::joint_model::JointModel;
 use crate::process::TaskProcess;
 use crate::provenance::Provenance;
-use crate::rigid_body::{ParameterPosterior, SharedJoint};
+use crate::rigid_body::{LEAST_SECONDS, ParameterPosterior, SharedJoint};
 use crate::robot_model::RobotModel;
-use crate::samples::Samples;
+use crate::samples::{Samples, picked};
 
 /// Rows that are learned from at most, with the model conditioned on them and without.
 const ROWS: usize = 200;
@@ -65,6 +65,9 @@ impl Adapt {
 /// The new context is a new row of Λ, learned for each joint, and the model is conditioned on the
 /// torques as on those that it was learned from, which the known contexts profit from, too;
 /// hyperparameters stay.
+///
+/// Of rows with times, those of [`LEAST_SECONDS`] tell as much as one: the row of Λ is learned from all rows with noise
+/// of a variance so many times as large, and the model is conditioned on rows so far apart.
 /// # Shapes
 /// `samples` of the new context, with torques of every learned joint.
 /// # Errors
@@ -89,13 +92,21 @@ pub fn adapt(
         return adapt_parameters(model, posterior, name, samples, provenance);
     }
     let few = samples.spread(how.most_rows());
+    let apart = few.rows_apart(LEAST_SECONDS)?;
+    let correlation = few.rows_per_independent(LEAST_SECONDS)?;
     let mut parts = model.parts().clone();
     for ((_, joint_model), torques) in parts.learned.iter_mut().zip(&few.torques) {
         let Some(process) = joint_model.tasks() else {
             let what = "a model of one context cannot learn another".to_owned();
             return Err(TorqueError::OtherKind { what });
         };
-        let grown = adapt_joint(process, few.x.as_ref(), &torques.values, how);
+        let rows = NewRows {
+            x: few.x.as_ref(),
+            torques: &torques.values,
+            correlation,
+            apart: &apart,
+        };
+        let grown = rows.learned_by(process, how);
         let grown = grown.map_err(|cause| TorqueError::Joint {
             joint: model.joint_names()[torques.joint_idx].clone(),
             cause: Box::new(cause),
@@ -148,7 +159,7 @@ fn adapt_parameters(
     RobotModel::new(parts)
 }
 
-/// The process of one joint with one more task, learned from torques of it.
+/// The process of one joint with one more task, learned from torques of it, each of which tells something of its own.
 ///
 /// # Shapes
 /// `x` (k, 3ℓ); `torques` (k,), N·m.
@@ -162,33 +173,56 @@ pub fn adapt_joint(
     torques: &[f64],
     how: Adapt,
 ) -> Result<TaskProcess, TorqueError> {
-    let grown = process.with_row(&row_of(process, x, torques, how)?)?;
-    if how.is_row_only {
-        return Ok(grown);
-    }
-    let new = grown.covariance().n_tasks() - 1;
-    grown.with_samples(new, x, torques)
+    let apart: Vec<usize> = (0..x.nrows()).collect();
+    let rows = NewRows {
+        x,
+        torques,
+        correlation: 1.0,
+        apart: &apart,
+    };
+    rows.learned_by(process, how)
 }
 
-/// The row of Λ that torques speak for.
-fn row_of(
-    process: &TaskProcess,
-    x: MatRef<'_, f64>,
-    torques: &[f64],
-    how: Adapt,
-) -> Result<TaskRow, TorqueError> {
-    let latent = LatentFunctions::new(&process.posterior, x)?;
-    let new = [NewTorques {
-        latent: &latent,
-        torques,
-    }];
-    let (known, border, options) = (process.covariance().task().rows(), Border::InSpan, search());
-    let fit = if how.has_prior {
-        fit_row_from_population(&new, &known, border, N_NEAREST, &options)?
-    } else {
-        fit_row(&new, &known, border, N_NEAREST, &options)?
-    };
-    Ok(fit.row)
+/// One joint's torques of a new context.
+struct NewRows<'a> {
+    /// (k, 3ℓ).
+    x: MatRef<'a, f64>,
+    /// (k,), N·m.
+    torques: &'a [f64],
+    /// Rows that tell as much as one.
+    correlation: f64,
+    /// Rows far enough apart to be independent, by their indices.
+    apart: &'a [usize],
+}
+
+impl NewRows<'_> {
+    fn learned_by(&self, process: &TaskProcess, how: Adapt) -> Result<TaskProcess, TorqueError> {
+        let grown = process.with_row(&self.row_of(process, how)?)?;
+        if how.is_row_only {
+            return Ok(grown);
+        }
+        let new = grown.covariance().n_tasks() - 1;
+        let torques: Vec<f64> = self.apart.iter().map(|row| self.torques[*row]).collect();
+        grown.with_samples(new, picked(self.x, self.apart).as_ref(), &torques)
+    }
+
+    /// The row of Λ that torques speak for.
+    fn row_of(&self, process: &TaskProcess, how: Adapt) -> Result<TaskRow, TorqueError> {
+        let latent = LatentFunctions::new(&process.posterior, self.x)?;
+        let latent = latent.of_correlated(self.correlation);
+        let new = [NewTorques {
+            latent: &latent,
+            torques: self.torques,
+        }];
+        let (known, border, options) =
+            (process.covariance().task().rows(), Border::InSpan, search());
+        let fit = if how.has_prior {
+            fit_row_from_population(&new, &known, border, N_NEAREST, &options)?
+        } else {
+            fit_row(&new, &known, border, N_NEAREST, &options)?
+        };
+        Ok(fit.row)
+    }
 }
 
 /// How long to search for a row.
