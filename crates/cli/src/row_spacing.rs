@@ -9,7 +9,8 @@ use crate::error::CliError;
 use crate::messages;
 
 /// What to do about rows without times.
-const COLUMNS: &str = "add a column `t` with the rows' times in seconds, and `run` with a label for each motion";
+const COLUMNS: &str =
+    "add a column `t` with the rows' times in seconds, and `run` with a label for each motion";
 
 /// The rows that a process is learned from, with a word on those that are not.
 ///
@@ -79,7 +80,10 @@ pub fn tell_of_new_rows(file: &str, samples: &Samples) -> Result<(), CliError> {
 /// Warns of rows that follow each other in time, as their positions and speeds say, where no column does.
 fn warn_without_times(file: &str, samples: &Samples) {
     let is_timed = !samples.timeline.t.is_empty();
-    let Some(step) = samples.apparent_step().filter(|step| !is_timed && *step < LEAST_SECONDS) else {
+    let Some(step) = samples
+        .apparent_step()
+        .filter(|step| !is_timed && *step < LEAST_SECONDS)
+    else {
         return;
     };
     let n_rows = samples.n_rows();

@@ -193,7 +193,13 @@ fn samples_of_which_c_are_one_say_what_every_cth_alone_does_if_they_are_equal() 
         // Seven times as many rows for independent: a seventh of the variance, and n − 1 for n in σ².
         assert!(wrong < once / 6.0, "{wrong} {once}");
     }
-    // No more than n/2: two samples are left.
-    let least = fit_all(1e9).unwrap();
-    close(least.noise_var(), fit_all(140.0).unwrap().noise_var(), "least");
+    // 5 independent samples are left for 4 weights at 280/5 for one; beyond, variances alone grow.
+    let (least, beyond) = (fit_all(56.0).unwrap(), fit_all(560.0).unwrap());
+    close(beyond.noise_var(), least.noise_var(), "least noise");
+    for (found, expected) in beyond.weights().iter().zip(least.weights()) {
+        close(*found, *expected, "least weight");
+    }
+    for (beyond, least) in var(&beyond).iter().zip(var(&least)) {
+        close(*beyond, 10.0 * least, "variance beyond");
+    }
 }

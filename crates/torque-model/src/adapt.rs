@@ -14,7 +14,7 @@ use crate::process::TaskProcess;
 use crate::provenance::Provenance;
 use crate::rigid_body::{LEAST_SECONDS, ParameterPosterior, SharedJoint};
 use crate::robot_model::RobotModel;
-use crate::samples::{Samples, picked};
+use crate::samples::Samples;
 
 /// Rows that are learned from at most, with the model conditioned on them and without.
 const ROWS: usize = 200;
@@ -66,8 +66,7 @@ impl Adapt {
 /// torques as on those that it was learned from, which the known contexts profit from, too;
 /// hyperparameters stay.
 ///
-/// Of rows with times, those of [`LEAST_SECONDS`] tell as much as one: the row of Λ is learned from all rows with noise
-/// of a variance so many times as large, and the model is conditioned on rows so far apart.
+/// Of rows with times, those of [`LEAST_SECONDS`] tell as much as one: their noise has a variance so many times as large.
 /// # Shapes
 /// `samples` of the new context, with torques of every learned joint.
 /// # Errors
@@ -92,7 +91,6 @@ pub fn adapt(
         return adapt_parameters(model, posterior, name, samples, provenance);
     }
     let few = samples.spread(how.most_rows());
-    let apart = few.rows_apart(LEAST_SECONDS)?;
     let correlation = few.rows_per_independent(LEAST_SECONDS)?;
     let mut parts = model.parts().clone();
     for ((_, joint_model), torques) in parts.learned.iter_mut().zip(&few.torques) {
@@ -104,7 +102,6 @@ pub fn adapt(
             x: few.x.as_ref(),
             torques: &torques.values,
             correlation,
-            apart: &apart,
         };
         let grown = rows.learned_by(process, how);
         let grown = grown.map_err(|cause| TorqueError::Joint {
@@ -173,12 +170,10 @@ pub fn adapt_joint(
     torques: &[f64],
     how: Adapt,
 ) -> Result<TaskProcess, TorqueError> {
-    let apart: Vec<usize> = (0..x.nrows()).collect();
     let rows = NewRows {
         x,
         torques,
         correlation: 1.0,
-        apart: &apart,
     };
     rows.learned_by(process, how)
 }
@@ -191,8 +186,6 @@ struct NewRows<'a> {
     torques: &'a [f64],
     /// Rows that tell as much as one.
     correlation: f64,
-    /// Rows far enough apart to be independent, by their indices.
-    apart: &'a [usize],
 }
 
 impl NewRows<'_> {
@@ -202,8 +195,7 @@ impl NewRows<'_> {
             return Ok(grown);
         }
         let new = grown.covariance().n_tasks() - 1;
-        let torques: Vec<f64> = self.apart.iter().map(|row| self.torques[*row]).collect();
-        grown.with_samples(new, picked(self.x, self.apart).as_ref(), &torques)
+        grown.with_correlated_samples(new, self.x, self.torques, self.correlation)
     }
 
     /// The row of Λ that torques speak for.

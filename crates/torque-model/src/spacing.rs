@@ -141,7 +141,10 @@ impl Samples {
         };
         let starts = 0..self.n_rows().saturating_sub(1);
         let pairs = starts.filter(|row| context(*row) == context(row + 1));
-        let pairs: Vec<(f64, f64)> = pairs.map(pair).filter(|(square, _)| *square > 0.0).collect();
+        let pairs: Vec<(f64, f64)> = pairs
+            .map(pair)
+            .filter(|(square, _)| *square > 0.0)
+            .collect();
         if pairs.len() < FEWEST_PAIRS {
             return None;
         }
@@ -149,7 +152,9 @@ impl Samples {
         let quick = pairs.iter().filter(|(square, _)| *square >= typical);
         let steps: Vec<f64> = quick.map(|(_, step)| *step).collect();
         let step = median(steps.clone());
-        let near = steps.iter().filter(|of| (0.5 * step..=2.0 * step).contains(*of));
+        let near = steps
+            .iter()
+            .filter(|of| (0.5 * step..=2.0 * step).contains(*of));
         let is_following = near.count() as f64 >= FOLLOWING * steps.len() as f64;
         (step > 0.0 && is_following).then_some(step)
     }
@@ -177,7 +182,10 @@ pub fn residual_correlation(samples: &Samples, residuals: &[f64]) -> Result<f64,
     }
     let of_run = |run: &&Run| -> (Vec<f64>, Vec<bool>) {
         let rows = run.rows.iter();
-        (rows.map(|row| residuals[*row]).collect(), vec![true; run.rows.len()])
+        (
+            rows.map(|row| residuals[*row]).collect(),
+            vec![true; run.rows.len()],
+        )
     };
     let values: Vec<(Vec<f64>, Vec<bool>)> = timed.iter().map(of_run).collect();
     let steps: Vec<Option<f64>> = timed.iter().map(|run| run.step).collect();

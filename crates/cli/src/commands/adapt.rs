@@ -99,9 +99,6 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let provenance = (model.provenance()).with_data(&program, data_sha256);
     warn(&file, &data, &columns, &model).map_err(CliError::of_data(&file))?;
 
-    if model.rigid_body().is_none() {
-        row_spacing::tell_of_new_rows(&file, &data.samples)?;
-    }
     let mut output = Output::create(&args.output)?;
     let how = Adapt {
         is_row_only: args.row_only,
@@ -110,6 +107,9 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     };
     let grown = torque_model::adapt(&model, &args.context, &data.samples, how, provenance)
         .map_err(CliError::of_data(&file))?;
+    if model.rigid_body().is_none() {
+        row_spacing::tell_of_new_rows(&file, &data.samples)?;
+    }
     messages::report(
         report(&grown, &args.context, &data.samples).map_err(CliError::of_data(&file))?,
     );

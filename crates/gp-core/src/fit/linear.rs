@@ -17,9 +17,6 @@ pub const WEIGHT_VAR: f64 = 1e4;
 /// Noise variance, in squared target units. Source: eq. (9), t ~ N(x̃ᵀβ, 10⁻⁴).
 pub const LINEAR_NOISE_VAR: f64 = 1e-4;
 
-/// Samples that variances can be learned from at least.
-const LEAST_SAMPLES: usize = 2;
-
 /// Whether the linear model sees the signs of the joint velocities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LinearForm {
@@ -111,8 +108,10 @@ impl BayesLinear {
     /// ```text
     /// σ²A = X̃ᵀX̃/c + (σ/τ)²S²,   σ² and τ² by the evidence to the power 1/c
     /// ```
-    /// so that n samples say what n/c independent ones would; c counts up to n/2.
-    /// σ² stays the variance of one target.
+    /// so that n samples say what n/c independent ones would; σ² stays the variance of one target.
+    ///
+    /// Fewer than p + 1 independent samples could not tell noise from what is linear: beyond c = n/(p + 1) the weights and
+    /// variances stay those of that c, and cov\[β\] goes on to grow with c.
     /// # Shapes
     /// As for [`BayesLinear::fit`].
     /// # Errors
@@ -127,14 +126,14 @@ impl BayesLinear {
         form: LinearForm,
         correlation: f64,
     ) -> Result<Self, GpError> {
-        assert!(correlation >= 1.0, "{correlation} rows for one");
-        require_training_data(x, targets, LEAST_SAMPLES)?;
+        assert!(correlation >= 1.0, "{correlation} samples for one");
+        require_training_data(x, targets, 2)?;
         let n_joints = joints_of(x)?;
         let features = features(x, n_joints, form); // (n, p)
         let scales = Standardised::of(&features);
-        let most = features.nrows() as f64 / LEAST_SAMPLES as f64;
-        let weight = 1.0 / correlation.min(most).max(1.0);
-        let found = most_evident(&scales.of_rows(&features), targets, weight);
+        let most = features.nrows() as f64 / (features.ncols() + 1) as f64;
+        let tempered = correlation.min(most).max(1.0);
+        let found = most_evident(&scales.of_rows(&features), targets, 1.0 / tempered);
         let linear = Self {
             form,
             n_joints,
@@ -143,9 +142,12 @@ impl BayesLinear {
             noise_var: found.noise_var,
         };
         let prior_rows = scales.prior_rows(found.noise_to_weight);
-        let root = weight.sqrt();
+        let root = (1.0 / tempered).sqrt();
         let weighted: Vec<f64> = targets.iter().map(|target| root * target).collect();
-        Ok(linear.conditioned(&(faer::Scale(root) * features), &weighted, prior_rows.as_ref()))
+        let rows = faer::Scale(root) * features;
+        let mut linear = linear.conditioned(&rows, &weighted, prior_rows.as_ref());
+        linear.r *= faer::Scale((tempered / correlation).sqrt());
+        Ok(linear)
     }
 
     /// The same model, with the weights' posterior given rows of x̃, and of σ/τ for the prior.

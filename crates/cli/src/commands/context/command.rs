@@ -194,7 +194,6 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         return args.print.print(&loads, Loads::table);
     }
 
-    row_spacing::tell_of_new_rows(&file, samples)?;
     let (contexts, n_rows) = (model.contexts(), samples.n_rows());
     let prior = match &args.prior {
         Some(prior) => prior.of(contexts, &model.file)?,
@@ -218,6 +217,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let total = Total::new(args, &model, &in_total, &prior, calibration.as_ref());
     let total = total.map_err(CliError::of_data(&file))?;
     let rows = follow(args, &model, samples, &prior, interval).map_err(CliError::of_data(&file))?;
+    row_spacing::tell_of_new_rows(&file, samples)?;
     if let Some(path) = &args.output {
         write_rows(path, contexts, &rows)?;
     }

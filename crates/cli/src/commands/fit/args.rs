@@ -256,7 +256,9 @@ impl Args {
                 format!("--chapter goes with all models but rbd and rbd+gp, not {model}")
             }
             _ if self.all_rows && self.model == ModelArg::Rbd => {
-                format!("--all-rows goes with all models but rbd, which counts rows by their correlation, not {model}")
+                format!(
+                    "--all-rows goes with all models but rbd, which counts rows by their correlation, not {model}"
+                )
             }
             _ if !self.bare.is_empty() && self.model != ModelArg::Rbd => {
                 format!("--bare goes with --model rbd, not {model}")

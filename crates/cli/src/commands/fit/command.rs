@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         program: concat!("torque-gp ", env!("CARGO_PKG_VERSION")).to_owned(),
         context: data.context.clone(),
     };
-    let model = RobotModel::of_learned(&data.samples, learner.as_ref(), learned, provenance);
+    let model = RobotModel::of_learned(&samples, learner.as_ref(), learned, provenance);
     let model = model.map_err(CliError::of_data(&file))?;
     if args.model == ModelArg::Mgp {
         warn_of_few_states(&file, &model, &samples).map_err(CliError::of_data(&file))?;
