@@ -375,23 +375,24 @@ fn rows_that_are_close_in_time_teach_a_new_load_as_much_as_fewer_that_are_not() 
         grown.predict(3, inputs(5, 7).as_ref()).unwrap()
     };
     let (once, weighted, counted) = (adapted(&few), adapted(&timed), adapted(&repeated));
+    let mut farthest = 0.0_f64;
     for joint in 0..2 {
         for row in 0..7 {
             let of = |found: &[JointPrediction]| (found[joint].mean[row], found[joint].var[row]);
-            let (once, weighted, counted) = (of(&once), of(&weighted), of(&counted));
+            let (once, weighted) = (of(&once), of(&weighted));
             // A search for the row ends at 1e-8 of the log density, 1e-4 of the row where that is curved.
             let error = (weighted.0 - once.0).abs();
-            assert!(
-                error < 1e-3 * once.0.abs().max(1.0),
-                "{weighted:?} {once:?}"
-            );
+            let tolerance = 1e-3 * once.0.abs().max(1.0);
+            assert!(error < tolerance, "{weighted:?} {once:?}");
             assert!(
                 (weighted.1 / once.1 - 1.0).abs() < 1e-2,
                 "{weighted:?} {once:?}"
             );
-            assert!(counted.1 < once.1, "{counted:?} {once:?}");
+            farthest = farthest.max((of(&counted).0 - once.0).abs());
         }
     }
+    // Taken for independent they speak five times as loud beside the known loads' rows.
+    assert!(farthest > 0.1, "{farthest}");
 }
 
 #[test]

@@ -260,6 +260,9 @@ fn learn(
     messages::report(report::table(samples, &learned, &progress));
     if let Some(choice) = &learned.terms {
         messages::report(report::terms(samples, choice));
+        for joint in report::worse_than_described(samples, choice) {
+            messages::note(joint);
+        }
     }
     if let Some(RankSelection { criterion, values }) = &learned.selection {
         let values: Vec<String> = values
