@@ -44,6 +44,7 @@ mod range_watch;
 mod result_table;
 mod robot;
 mod row_contexts;
+mod row_spacing;
 mod run_clock;
 mod samples;
 mod score;

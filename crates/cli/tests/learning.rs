@@ -7,7 +7,7 @@ use gp_core::FitOptions;
 use kernels::TorqueForm;
 use serde_json::Value;
 use torque_model::learn::{InOwnUnit, Learn, Linear, SingleProcess};
-use torque_model::{JointTorques, Provenance, RobotModel, Samples};
+use torque_model::{JointTorques, Provenance, RobotModel, Samples, Timeline};
 
 use crate::command::{Folder, column};
 use crate::puma_samples::{folder, rows};
@@ -72,6 +72,13 @@ fn learned(train: &str, joint: usize, learner: &dyn Learn) -> RobotModel {
         values: column(train, &format!("tau{joint}")),
     };
     let samples = Samples::of_one_context(names, states(train), vec![torques]).unwrap();
+    let samples = Samples {
+        timeline: Timeline {
+            t: column(train, "t"),
+            ..Timeline::default()
+        },
+        ..samples
+    };
     RobotModel::learn(&samples, learner, Provenance::new("a test", b"")).unwrap()
 }
 
@@ -166,7 +173,7 @@ fn the_linear_model_is_the_librarys() {
     folder.run("fit --data train.csv --model lrc --joints 2 --output model.tgp");
     let model = load(&folder, "model.tgp");
     let train = folder.read("train.csv");
-    let linear = learned(&train, 2, &Linear::coulomb().by_evidence());
+    let linear = learned(&train, 2, &Linear::coulomb().by_evidence_within_runs());
     let test = states(&folder.read("test.csv"));
     let predict = |model: &RobotModel| model.predict(0, test.as_ref()).unwrap();
     assert_eq!(predict(&model), predict(&linear));

@@ -20,6 +20,7 @@ mod real_arm;
 mod real_robot;
 mod refusals;
 mod rigid_body;
+mod row_spacing;
 mod sample;
 mod simulate;
 mod smooth_friction;

@@ -50,6 +50,26 @@ fn loads_are_learned_together_and_predicted_each() {
 }
 
 #[test]
+fn a_description_that_nothing_can_better_is_said_to_be_so() {
+    let folder = Folder::new();
+    folder.run(&format!(
+        "inverse-dynamics --robot {FIXTURES}/planar2.urdf --friction none --no-rotor-inertia --keep-states \
+         --tau-prefix exact --input {FIXTURES}/c_train.csv --output exact.csv"
+    ));
+    let fit = format!("--model rbd --robot {FIXTURES}/planar2.urdf --bare free --output arm.tgp");
+    let said = folder.run(&format!("fit --data exact.csv --tau-prefix exact {fit}"));
+    for joint in ["j1", "j2"] {
+        let note = format!(
+            "note: {joint}: what was left out is predicted worse than by the links as described"
+        );
+        assert!(said.contains(&note), "{said}");
+    }
+    // Loads and friction that nothing describes.
+    let said = folder.run(&format!("fit --data {FIXTURES}/c_train.csv {fit}"));
+    assert!(!said.contains("worse"), "{said}");
+}
+
+#[test]
 fn a_stretch_is_recognised_and_a_new_load_weighed() {
     let folder = folder();
     let stretch = format!("context --model arm.tgp --data {FIXTURES}/c_stretch.csv --json");

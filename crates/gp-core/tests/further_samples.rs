@@ -101,3 +101,34 @@ fn samples_that_do_not_fit_are_refused() {
         );
     }
 }
+
+#[test]
+fn a_sample_that_comes_k_times_with_k_times_the_variance_counts_once() {
+    let (old, new, elsewhere) = (inputs(1, 60), inputs(2, 6), inputs(3, 40));
+    let copies = 4;
+    let repeated = Mat::from_fn(copies * new.nrows(), 3, |row, col| new[(row / copies, col)]);
+    for method in [Method::Dense, Method::Certified] {
+        let old = posterior(&old, method);
+        let once = old.with_samples(new.as_ref(), &torques(&new)).unwrap();
+        let noise_std = NOISE_STD * (copies as f64).sqrt();
+        let torques = torques(&repeated);
+        let found = old.with_samples_of_noise(repeated.as_ref(), &torques, noise_std);
+        let found = found.unwrap();
+        assert_eq!(found.noise_std(), NOISE_STD);
+        let expected = once.predict(elsewhere.as_ref()).unwrap();
+        let predicted = found.predict(elsewhere.as_ref()).unwrap();
+        // n |α| K ε: 84 samples, |α| up to |t|/σ² = 2·10³, K below 10; pivots √(e ε) |α| for traces of 10⁻¹².
+        let tolerance = 1e-8;
+        for (idx, (mean, var)) in predicted.mean.iter().zip(&predicted.var).enumerate() {
+            let (mean_once, var_once) = (expected.mean[idx], expected.var[idx]);
+            assert!((mean - mean_once).abs() < tolerance, "{mean} {mean_once}");
+            assert!((var - var_once).abs() < tolerance, "{var} {var_once}");
+        }
+    }
+    let refused =
+        posterior(&old, Method::Dense).with_samples_of_noise(new.as_ref(), &torques(&new), 0.0);
+    assert!(
+        matches!(refused, Err(GpError::BadNoise { .. })),
+        "{refused:?}"
+    );
+}

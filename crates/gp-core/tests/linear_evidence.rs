@@ -162,3 +162,44 @@ fn equal_targets_constant_covariates_and_few_samples_have_an_answer() {
     let means = fit(&two, of_two).predict_mean(two.as_ref()).unwrap();
     assert!(means.iter().all(|mean| mean.is_finite()), "{means:?}");
 }
+
+#[test]
+fn samples_of_which_c_are_one_say_what_every_cth_alone_does_if_they_are_equal() {
+    let (x, targets) = data(40, [1.0, 30.0, 1e-3], 1.0);
+    let once = fit(&x, &targets);
+    let repeats = 7;
+    let repeated = Mat::from_fn(40 * repeats, 3, |row, col| x[(row / repeats, col)]);
+    let of_each = |target: &f64| std::iter::repeat_n(*target, repeats);
+    let all: Vec<f64> = targets.iter().flat_map(of_each).collect();
+    let form = LinearForm::Smooth;
+    let fit_all = |c| BayesLinear::fit_correlated_by_evidence(repeated.as_ref(), &all, form, c);
+    let (right, wrong) = (fit_all(repeats as f64).unwrap(), fit_all(1.0).unwrap());
+    // QR of 280 rows of condition about 10; the search for τ² ends at 10⁻¹² of a flat maximum.
+    let tolerance = 1e-6;
+    let close = |found: f64, expected: f64, what: &str| {
+        assert!(
+            (found / expected - 1.0).abs() < tolerance,
+            "{what}: {found} {expected}"
+        );
+    };
+    close(right.noise_var(), once.noise_var(), "noise");
+    for (found, expected) in right.weights().iter().zip(once.weights()) {
+        close(*found, *expected, "weight");
+    }
+    let states = x.as_ref().subrows(0, 5);
+    let var = |model: &BayesLinear| model.predict_var(states).unwrap();
+    for ((right, wrong), once) in var(&right).iter().zip(var(&wrong)).zip(var(&once)) {
+        close(*right, once, "variance");
+        // Seven times as many rows for independent: a seventh of the variance, and n − 1 for n in σ².
+        assert!(wrong < once / 6.0, "{wrong} {once}");
+    }
+    // 5 independent samples are left for 4 weights at 280/5 for one; beyond, variances alone grow.
+    let (least, beyond) = (fit_all(56.0).unwrap(), fit_all(560.0).unwrap());
+    close(beyond.noise_var(), least.noise_var(), "least noise");
+    for (found, expected) in beyond.weights().iter().zip(least.weights()) {
+        close(*found, *expected, "least weight");
+    }
+    for (beyond, least) in var(&beyond).iter().zip(var(&least)) {
+        close(*beyond, 10.0 * least, "variance beyond");
+    }
+}

@@ -3,7 +3,10 @@
 use faer::{Mat, MatRef};
 use gp_core::{GpError, LikelihoodOptions, Method, Posterior, log_marginal_likelihood};
 use kernels::Covariance;
-use mtgp::context::{ContextModel, ContextPosterior, ContextPrior, JointTorques, context_evidence};
+use mtgp::context::{
+    ContextModel, ContextPosterior, ContextPrior, JointTorques, chi_squared_upper_tail,
+    context_evidence,
+};
 use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, with_task};
 
 use crate::icm_draws::{Draw, four_tasks_of_rank_two};
@@ -93,6 +96,34 @@ fn evidence_of_two_joints_is_the_ratio_of_marginal_likelihoods() {
         let expected = weights[context].ln() + expected[context] - log_sum;
         assert_close("log posterior", *log, expected);
     }
+}
+
+#[test]
+fn torques_of_which_four_are_one_say_a_quarter() {
+    let draw = four_tasks_of_rank_two(1, 10);
+    let (x, torques) = new_samples();
+    let model = dense(&draw);
+    let joint = JointTorques {
+        model: &model,
+        torques: &torques,
+    };
+    let all = context_evidence(&[joint, joint], x.as_ref()).unwrap(); // 10 torques
+    let quarter = all.clone().of_correlated(4.0);
+    let tail = |squares: f64, n| chi_squared_upper_tail(squares, n);
+    for context in 0..M {
+        let (value, of_all) = (
+            quarter.log_densities()[context],
+            all.log_densities()[context],
+        );
+        assert_eq!(value, of_all / 4.0);
+        // 10/4 = 2.5 independent ones, rounded to 3: the mean of 10 squares is that of 3.
+        let squares = all.squares()[context];
+        assert_close("p", quarter.p_values()[context], tail(0.3 * squares, 3));
+        assert_eq!(all.p_values()[context], tail(squares, 10));
+    }
+    assert_eq!(quarter.scores(), all.scores());
+    let least = all.clone().of_correlated(1e9).p_values();
+    assert_close("one", least[0], tail(0.1 * all.squares()[0], 1));
 }
 
 #[test]

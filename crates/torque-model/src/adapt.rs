@@ -12,7 +12,7 @@ use crate::error::{TorqueError, consistent};
 use crate::joint_model::JointModel;
 use crate::process::TaskProcess;
 use crate::provenance::Provenance;
-use crate::rigid_body::{ParameterPosterior, SharedJoint};
+use crate::rigid_body::{LEAST_SECONDS, ParameterPosterior, SharedJoint};
 use crate::robot_model::RobotModel;
 use crate::samples::Samples;
 
@@ -65,6 +65,8 @@ impl Adapt {
 /// The new context is a new row of Λ, learned for each joint, and the model is conditioned on the
 /// torques as on those that it was learned from, which the known contexts profit from, too;
 /// hyperparameters stay.
+///
+/// Of rows with times, those of [`LEAST_SECONDS`] tell as much as one: their noise has a variance so many times as large.
 /// # Shapes
 /// `samples` of the new context, with torques of every learned joint.
 /// # Errors
@@ -89,13 +91,19 @@ pub fn adapt(
         return adapt_parameters(model, posterior, name, samples, provenance);
     }
     let few = samples.spread(how.most_rows());
+    let correlation = few.rows_per_independent(LEAST_SECONDS)?;
     let mut parts = model.parts().clone();
     for ((_, joint_model), torques) in parts.learned.iter_mut().zip(&few.torques) {
         let Some(process) = joint_model.tasks() else {
             let what = "a model of one context cannot learn another".to_owned();
             return Err(TorqueError::OtherKind { what });
         };
-        let grown = adapt_joint(process, few.x.as_ref(), &torques.values, how);
+        let rows = NewRows {
+            x: few.x.as_ref(),
+            torques: &torques.values,
+            correlation,
+        };
+        let grown = rows.learned_by(process, how);
         let grown = grown.map_err(|cause| TorqueError::Joint {
             joint: model.joint_names()[torques.joint_idx].clone(),
             cause: Box::new(cause),
@@ -148,7 +156,7 @@ fn adapt_parameters(
     RobotModel::new(parts)
 }
 
-/// The process of one joint with one more task, learned from torques of it.
+/// The process of one joint with one more task, learned from torques of it, each of which tells something of its own.
 ///
 /// # Shapes
 /// `x` (k, 3ℓ); `torques` (k,), N·m.
@@ -162,33 +170,51 @@ pub fn adapt_joint(
     torques: &[f64],
     how: Adapt,
 ) -> Result<TaskProcess, TorqueError> {
-    let grown = process.with_row(&row_of(process, x, torques, how)?)?;
-    if how.is_row_only {
-        return Ok(grown);
-    }
-    let new = grown.covariance().n_tasks() - 1;
-    grown.with_samples(new, x, torques)
+    let rows = NewRows {
+        x,
+        torques,
+        correlation: 1.0,
+    };
+    rows.learned_by(process, how)
 }
 
-/// The row of Λ that torques speak for.
-fn row_of(
-    process: &TaskProcess,
-    x: MatRef<'_, f64>,
-    torques: &[f64],
-    how: Adapt,
-) -> Result<TaskRow, TorqueError> {
-    let latent = LatentFunctions::new(&process.posterior, x)?;
-    let new = [NewTorques {
-        latent: &latent,
-        torques,
-    }];
-    let (known, border, options) = (process.covariance().task().rows(), Border::InSpan, search());
-    let fit = if how.has_prior {
-        fit_row_from_population(&new, &known, border, N_NEAREST, &options)?
-    } else {
-        fit_row(&new, &known, border, N_NEAREST, &options)?
-    };
-    Ok(fit.row)
+/// One joint's torques of a new context.
+struct NewRows<'a> {
+    /// (k, 3ℓ).
+    x: MatRef<'a, f64>,
+    /// (k,), N·m.
+    torques: &'a [f64],
+    /// Rows that tell as much as one.
+    correlation: f64,
+}
+
+impl NewRows<'_> {
+    fn learned_by(&self, process: &TaskProcess, how: Adapt) -> Result<TaskProcess, TorqueError> {
+        let grown = process.with_row(&self.row_of(process, how)?)?;
+        if how.is_row_only {
+            return Ok(grown);
+        }
+        let new = grown.covariance().n_tasks() - 1;
+        grown.with_correlated_samples(new, self.x, self.torques, self.correlation)
+    }
+
+    /// The row of Λ that torques speak for.
+    fn row_of(&self, process: &TaskProcess, how: Adapt) -> Result<TaskRow, TorqueError> {
+        let latent = LatentFunctions::new(&process.posterior, self.x)?;
+        let latent = latent.of_correlated(self.correlation);
+        let new = [NewTorques {
+            latent: &latent,
+            torques: self.torques,
+        }];
+        let (known, border, options) =
+            (process.covariance().task().rows(), Border::InSpan, search());
+        let fit = if how.has_prior {
+            fit_row_from_population(&new, &known, border, N_NEAREST, &options)?
+        } else {
+            fit_row(&new, &known, border, N_NEAREST, &options)?
+        };
+        Ok(fit.row)
+    }
 }
 
 /// How long to search for a row.

@@ -20,6 +20,7 @@ mod robot_model;
 mod robot_source;
 mod rows;
 mod samples;
+mod spacing;
 mod timeline;
 
 pub use adapt::{Adapt, adapt, adapt_joint};
@@ -44,4 +45,5 @@ pub use robot_model::RobotModel;
 pub use robot_source::{Robot, RobotSource};
 pub use rows::{RegressorRows, Rows, States, TaskRows};
 pub use samples::{JointTorques, Samples};
+pub use spacing::{ProcessRows, residual_correlation};
 pub use timeline::{HysteresisColumns, Timeline, is_same_length};

@@ -198,8 +198,24 @@ impl TaskProcess {
         x: MatRef<'_, f64>,
         torques: &[f64],
     ) -> Result<Self, TorqueError> {
+        self.with_correlated_samples(task, x, torques, 1.0)
+    }
+
+    /// The same of torques whose noise is correlated, c of which tell as much as one: their noise is σ √c.
+    ///
+    /// # Errors
+    /// As for [`TaskProcess::with_samples`]; c that is not positive.
+    pub fn with_correlated_samples(
+        &self,
+        task: usize,
+        x: MatRef<'_, f64>,
+        torques: &[f64],
+        correlation: f64,
+    ) -> Result<Self, TorqueError> {
         let rows = self.rows.rows(task, x)?;
-        let posterior = self.posterior.with_samples(rows.as_ref(), torques)?;
+        let noise_std = self.posterior.noise_std() * correlation.sqrt();
+        let posterior =
+            (self.posterior).with_samples_of_noise(rows.as_ref(), torques, noise_std)?;
         let summary = FitSummary {
             rank: posterior.rank(),
             condition_lower_bound: posterior.condition_lower_bound(),

@@ -21,5 +21,6 @@ mod rigid_body_file;
 mod rigid_body_models;
 mod rounding;
 mod shared_parameters;
+mod spacing;
 mod threads;
 mod torque_models;

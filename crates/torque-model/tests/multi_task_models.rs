@@ -9,8 +9,9 @@ use mtgp::{MtgpError, MultiTaskCovariance, Stacked, TaskFactor, with_task};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use torque_model::{
-    Adapt, FitSummary, JointModel, JointTorques, ModelParts, Provenance, RankSelection, RobotModel,
-    Samples, TaskProcess, TorqueError, TrainingRanges, adapt, adapt_joint,
+    Adapt, FitSummary, JointModel, JointPrediction, JointTorques, ModelParts, Provenance,
+    RankSelection, RobotModel, Samples, TaskProcess, Timeline, TorqueError, TrainingRanges, adapt,
+    adapt_joint,
 };
 
 pub const N_JOINTS: usize = 2;
@@ -347,6 +348,51 @@ fn a_model_of_many_loads_learns_one_more_from_its_torques() {
     let (_, together) = conditioned.tasks().next().unwrap();
     let basis = |process: &TaskProcess| process.posterior.basis().weights.clone();
     assert_eq!(basis(&alone), basis(together));
+}
+
+#[test]
+fn rows_that_are_close_in_time_teach_a_new_load_as_much_as_fewer_that_are_not() {
+    let model = model(60, false);
+    let provenance = model.parts().provenance.clone();
+    let few = new_load(&[0, 1]);
+    let few = few.rows(&(0..12).collect::<Vec<_>>());
+    // Each row five times, every 0.06 s: 60 rows of 0.06 s are 12 of 0.3 s.
+    let each: Vec<usize> = (0..60).map(|row| row / 5).collect();
+    let repeated = few.rows(&each);
+    let timed = Samples {
+        timeline: Timeline {
+            t: (0..60).map(|row| 0.06 * f64::from(row)).collect(),
+            ..Timeline::default()
+        },
+        ..repeated.clone()
+    };
+    let how = Adapt {
+        most_rows: Some(60),
+        ..Adapt::default()
+    };
+    let adapted = |samples: &Samples| {
+        let grown = adapt(&model, "new", samples, how, provenance.clone()).unwrap();
+        grown.predict(3, inputs(5, 7).as_ref()).unwrap()
+    };
+    let (once, weighted, counted) = (adapted(&few), adapted(&timed), adapted(&repeated));
+    let mut farthest = 0.0_f64;
+    for joint in 0..2 {
+        for row in 0..7 {
+            let of = |found: &[JointPrediction]| (found[joint].mean[row], found[joint].var[row]);
+            let (once, weighted) = (of(&once), of(&weighted));
+            // A search for the row ends at 1e-8 of the log density, 1e-4 of the row where that is curved.
+            let error = (weighted.0 - once.0).abs();
+            let tolerance = 1e-3 * once.0.abs().max(1.0);
+            assert!(error < tolerance, "{weighted:?} {once:?}");
+            assert!(
+                (weighted.1 / once.1 - 1.0).abs() < 1e-2,
+                "{weighted:?} {once:?}"
+            );
+            farthest = farthest.max((of(&counted).0 - once.0).abs());
+        }
+    }
+    // Taken for independent they speak five times as loud beside the known loads' rows.
+    assert!(farthest > 0.1, "{farthest}");
 }
 
 #[test]

@@ -14,6 +14,7 @@ use crate::messages;
 use crate::model_file::ModelFile;
 use crate::output::{self, Output};
 use crate::range_watch::warn_outside;
+use crate::row_spacing;
 use crate::samples::{Data, DataColumns};
 use crate::table::Table;
 use crate::text_table;
@@ -27,6 +28,7 @@ use crate::text_table;
 /// it was learned from, which the known contexts profit from, too; hyperparameters stay. It takes seconds whatever the
 /// model was learned from, and a dozen rows of different states are often enough; with fewer of them than the rank, the
 /// known contexts say what the rows leave open. Many rows of an arm at rest are one state.
+/// Rows closer in time than 0.3 s, by the column `t`, share what the model does not know: those of 0.3 s count as one.
 /// With --row-only the row of Λ is all that is learned, and the known contexts are predicted exactly as before.
 /// Learning all contexts again with `torque-gp fit` is better once there is much data of the new one.
 #[derive(clap::Args, Debug)]
@@ -105,6 +107,9 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     };
     let grown = torque_model::adapt(&model, &args.context, &data.samples, how, provenance)
         .map_err(CliError::of_data(&file))?;
+    if model.rigid_body().is_none() {
+        row_spacing::tell_of_new_rows(&file, &data.samples)?;
+    }
     messages::report(
         report(&grown, &args.context, &data.samples).map_err(CliError::of_data(&file))?,
     );

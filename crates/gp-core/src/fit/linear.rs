@@ -100,11 +100,40 @@ impl BayesLinear {
         targets: &[f64],
         form: LinearForm,
     ) -> Result<Self, GpError> {
+        Self::fit_correlated_by_evidence(x, targets, form, 1.0)
+    }
+
+    /// The same for samples of which c tell as much as one.
+    ///
+    /// ```text
+    /// σ²A = X̃ᵀX̃/c + (σ/τ)²S²,   σ² and τ² by the evidence to the power 1/c
+    /// ```
+    /// so that n samples say what n/c independent ones would; σ² stays the variance of one target.
+    ///
+    /// Fewer than p + 1 independent samples could not tell noise from what is linear: beyond c = n/(p + 1) the weights and
+    /// variances stay those of that c, and cov\[β\] goes on to grow with c.
+    /// # Shapes
+    /// As for [`BayesLinear::fit`].
+    /// # Errors
+    /// As for [`BayesLinear::fit_by_evidence`].
+    /// # Panics
+    /// If c is not at least 1.
+    /// # Source
+    /// Bayley & Hammersley 1946 for n/c.
+    pub fn fit_correlated_by_evidence(
+        x: MatRef<'_, f64>,
+        targets: &[f64],
+        form: LinearForm,
+        correlation: f64,
+    ) -> Result<Self, GpError> {
+        assert!(correlation >= 1.0, "{correlation} samples for one");
         require_training_data(x, targets, 2)?;
         let n_joints = joints_of(x)?;
         let features = features(x, n_joints, form); // (n, p)
         let scales = Standardised::of(&features);
-        let found = most_evident(&scales.of_rows(&features), targets);
+        let most = features.nrows() as f64 / (features.ncols() + 1) as f64;
+        let tempered = correlation.min(most).max(1.0);
+        let found = most_evident(&scales.of_rows(&features), targets, 1.0 / tempered);
         let linear = Self {
             form,
             n_joints,
@@ -112,8 +141,13 @@ impl BayesLinear {
             r: Mat::new(),
             noise_var: found.noise_var,
         };
-        let ratio = found.noise_to_weight;
-        Ok(linear.conditioned(&features, targets, scales.prior_rows(ratio).as_ref()))
+        let prior_rows = scales.prior_rows(found.noise_to_weight);
+        let root = (1.0 / tempered).sqrt();
+        let weighted: Vec<f64> = targets.iter().map(|target| root * target).collect();
+        let rows = faer::Scale(root) * features;
+        let mut linear = linear.conditioned(&rows, &weighted, prior_rows.as_ref());
+        linear.r *= faer::Scale((tempered / correlation).sqrt());
+        Ok(linear)
     }
 
     /// The same model, with the weights' posterior given rows of x̃, and of σ/τ for the prior.

@@ -90,15 +90,17 @@ fn unit_of(values: &[f64], mean: f64) -> f64 {
 /// σ² = (|t − t̄|² − Σ_i c_i² ρs_i²/(1 + ρs_i²))/(n − 1),   ρ = τ²/σ²
 /// −2 log p = (n − 1) log σ² + Σ_i log(1 + ρs_i²) + …
 /// ```
-/// at its least over ρ.
-pub(super) fn most_evident(z: &Mat<f64>, targets: &[f64]) -> Evident {
+/// at its least over ρ. Where each row counts w, n is their sum, and s_i and c_i are those of √w Z and √w(t − t̄).
+pub(super) fn most_evident(z: &Mat<f64>, targets: &[f64], weight: f64) -> Evident {
     let (n, k) = (z.nrows() as f64, z.ncols());
     let mean = targets.iter().sum::<f64>() / n;
     let unit = unit_of(targets, mean);
-    let centred: Vec<f64> = targets.iter().map(|t| (t - mean) / unit).collect();
-    let r = r_with_targets(z, &centred, Mat::zeros(k, k).as_ref()); // (k + 1, k + 1)
-    let evidence = Evidence::new(r.as_ref(), n - 1.0);
-    let rho = evidence.best_rho(n);
+    let root = weight.sqrt();
+    let centred: Vec<f64> = targets.iter().map(|t| root * ((t - mean) / unit)).collect();
+    let z = faer::Scale(root) * z;
+    let r = r_with_targets(&z, &centred, Mat::zeros(k, k).as_ref()); // (k + 1, k + 1)
+    let evidence = Evidence::new(r.as_ref(), weight * n - 1.0);
+    let rho = evidence.best_rho(weight * n);
     let var = evidence.noise_var(rho).max(NOISE_PART * NOISE_PART);
     Evident {
         noise_var: var * unit * unit,

@@ -8,7 +8,7 @@ use faer::{Accum, ColMut, Mat, MatRef, Par};
 use kernels::{Covariance, Jitter};
 use linalg::{Factor, add_inner_product, upper_of};
 
-use crate::data::require_training_data;
+use crate::data::{require_noise, require_training_data};
 use crate::error::GpError;
 use crate::evidence::{Choice, independent_rows, rows};
 use crate::posterior::basis::Basis;
@@ -27,13 +27,28 @@ impl<C: Covariance + Clone> Posterior<C> {
     /// # Source
     /// Eqs. (3)–(4), applied to the old samples and then to the new.
     pub fn with_samples(&self, x: MatRef<'_, f64>, targets: &[f64]) -> Result<Self, GpError> {
+        self.with_samples_of_noise(x, targets, self.noise_std())
+    }
+
+    /// The same where the noise of the new samples has a standard deviation of its own, in target units.
+    ///
+    /// σ stays that of a further observation. [`Posterior::on_pivots`] of such a posterior takes all samples to have σ.
+    /// # Errors
+    /// As for [`Posterior::with_samples`]; [`GpError::BadNoise`] unless the noise is positive.
+    pub fn with_samples_of_noise(
+        &self,
+        x: MatRef<'_, f64>,
+        targets: &[f64],
+        noise_std: f64,
+    ) -> Result<Self, GpError> {
         require_training_data(x, targets, 1)?;
+        require_noise(noise_std)?;
         let residuals: Vec<f64> = (targets.iter().zip(self.predict_mean(x)?))
             .map(|(target, mean)| target - mean)
             .collect();
         let basis = match &self.basis().noise_factor {
-            None => on_samples(self, x, &residuals)?,
-            Some(r) => on_pivots(self, r, x, &residuals)?,
+            None => on_samples(self, x, &residuals, noise_std)?,
+            Some(r) => on_pivots(self, r, x, &residuals, noise_std)?,
         };
         Self::from_parts(self.covariance().clone(), self.noise_std(), basis)
     }
@@ -42,20 +57,21 @@ impl<C: Covariance + Clone> Posterior<C> {
 /// By the factor of all samples.
 ///
 /// ```text
-/// H = L⁻¹ c(X, X*),   A = c(X*, X*) + σ²I − HᵀH = L_A L_Aᵀ,   α* = A⁻¹(t* − mean(X*))
+/// H = L⁻¹ c(X, X*),   A = c(X*, X*) + σ*²I − HᵀH = L_A L_Aᵀ,   α* = A⁻¹(t* − mean(X*))
 /// L′ = [L 0; Hᵀ L_A],   α′ = (α − L⁻ᵀHα*, α*)
 /// ```
 fn on_samples<C: Covariance>(
     posterior: &Posterior<C>,
     x: MatRef<'_, f64>,
     residuals: &[f64],
+    noise_std: f64,
 ) -> Result<Basis, GpError> {
     let (old, covariance) = (posterior.basis(), posterior.covariance());
     let (n, k) = (old.rank(), x.nrows());
     let mut half = covariance.cross(old.points.as_ref(), x); // H, (n, k)
     old.factor.half_solve_in_place(half.as_mut());
     let mut schur = covariance.gram(x);
-    Jitter::new(posterior.noise_std())?.add_gram(x, schur.as_mut());
+    Jitter::new(noise_std)?.add_gram(x, schur.as_mut());
     add_inner_product(&mut schur, -1.0, half.as_ref());
     let corner = Factor::new(schur)?;
 
@@ -87,14 +103,15 @@ fn on_samples<C: Covariance>(
 /// With a standard normal weight for every entry of φ, and Φ* = L_P⁻¹ c(x_P, X*):
 /// ```text
 /// E = c(X*, X*) − Φ*ᵀΦ*,   L_E L_Eᵀ = E of the new pivots,   Ψ* = L_E⁻¹ E of them with all
-/// L_P′ = [L_P 0; Φ*ᵀ L_E],   Φ′ = (Φ*; Ψ*),   R′ᵀR′ = diag(RᵀR, σ²I) + Φ′Φ′ᵀ
-/// β′ = (β, 0) + L_P′⁻ᵀ (R′ᵀR′)⁻¹ Φ′ (t* − mean(X*))
+/// L_P′ = [L_P 0; Φ*ᵀ L_E],   Φ′ = σ/σ* (Φ*; Ψ*),   R′ᵀR′ = diag(RᵀR, σ²I) + Φ′Φ′ᵀ
+/// β′ = (β, 0) + L_P′⁻ᵀ (R′ᵀR′)⁻¹ Φ′ σ/σ* (t* − mean(X*))
 /// ```
 fn on_pivots<C: Covariance>(
     posterior: &Posterior<C>,
     old_noise_factor: &Mat<f64>,
     x: MatRef<'_, f64>,
     residuals: &[f64],
+    noise_std: f64,
 ) -> Result<Basis, GpError> {
     let (old, covariance) = (posterior.basis(), posterior.covariance());
     let (r, k) = (old.rank(), x.nrows());
@@ -116,10 +133,12 @@ fn on_pivots<C: Covariance>(
         (false, true) => phi[(col, chosen[row - r])],
         (false, false) => l[(row - r, col - r)],
     });
-    let features = stacked(phi.as_ref(), psi.as_ref()); // Φ′, (r + m, k)
+    let part = posterior.noise_std() / noise_std;
+    let features = faer::Scale(part) * stacked(phi.as_ref(), psi.as_ref()); // Φ′, (r + m, k)
+    let residuals: Vec<f64> = residuals.iter().map(|residual| part * residual).collect();
     let noise_var = posterior.noise_std() * posterior.noise_std();
     let noise_factor = renewed(old_noise_factor, &features, noise_var)?;
-    let mut correction = product(features.as_ref(), residuals);
+    let mut correction = product(features.as_ref(), &residuals);
     let half = ColMut::from_slice_mut(&mut correction);
     noise_factor.solve_in_place(half.as_mat_mut());
     solve_upper_in_place(pivot_factor.transpose(), &mut correction);

@@ -24,6 +24,8 @@ pub struct ContextEvidence {
     log_densities: Vec<f64>,
     squares: Vec<f64>,
     n_torques: usize,
+    /// Torques that tell as much as one.
+    correlation: f64,
 }
 
 /// The joint predictive density of new torques under each context.
@@ -56,6 +58,7 @@ pub fn context_evidence(
         log_densities: vec![0.0; n_contexts],
         squares: vec![0.0; n_contexts],
         n_torques: 0,
+        correlation: 1.0,
     };
     for joint in joints {
         evidence.add(joint, x)?;
@@ -82,6 +85,36 @@ impl ContextEvidence {
         }
         self.n_torques += joint.torques.len();
         Ok(())
+    }
+
+    /// The same evidence of torques whose noise is correlated, c of which tell as much as one.
+    ///
+    /// ```text
+    /// log p/c,   and |z|² of k torques is k/ν χ²_ν with ν = k/c, rounded and at least 1
+    /// ```
+    /// The densities take noise for independent; in an unbroken log the same error is counted c times.
+    /// # Panics
+    /// If c is not at least 1.
+    /// # Source
+    /// Bayley & Hammersley 1946 for k/c; Satterthwaite 1946 for the squares.
+    #[must_use]
+    pub fn of_correlated(mut self, correlation: f64) -> Self {
+        assert!(correlation >= 1.0, "{correlation} torques for one");
+        let values = self.log_densities.iter_mut();
+        values.for_each(|value| *value /= correlation);
+        self.correlation *= correlation;
+        self
+    }
+
+    /// Number of independent torques that say as much, at least 1 unless there is none.
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "from 1 to the number of torques"
+    )]
+    pub(crate) fn n_independent(&self) -> usize {
+        let n = (self.n_torques as f64 / self.correlation).round() as usize;
+        n.max(1).min(self.n_torques)
     }
 
     /// log p(D* | D, c_γ), (m,), natural logarithm, over all joints.

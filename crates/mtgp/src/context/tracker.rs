@@ -34,6 +34,8 @@ pub struct ContextTracker {
     joints: Vec<SampleWindow>,
     filter: ContextFilter,
     log_densities: Vec<f64>,
+    /// Samples that tell as much as one.
+    correlation: f64,
 }
 
 impl ContextTracker {
@@ -65,6 +67,7 @@ impl ContextTracker {
             joints,
             filter,
             log_densities: vec![0.0; n_contexts],
+            correlation: 1.0,
         })
     }
 
@@ -83,6 +86,17 @@ impl ContextTracker {
             joint.add_noise(noise_std);
         }
         Ok(self)
+    }
+
+    /// The tracker for samples whose noise is correlated, c of which tell as much as one: log p_s(γ) counts 1/c.
+    ///
+    /// # Panics
+    /// If c is not at least 1.
+    #[must_use]
+    pub fn of_correlated(mut self, correlation: f64) -> Self {
+        assert!(correlation >= 1.0, "{correlation} samples for one");
+        self.correlation *= correlation;
+        self
     }
 
     /// The tracker for torques of which some are off by more than the model allows for.
@@ -117,6 +131,8 @@ impl ContextTracker {
                 joint.push(x, *torque, &mut self.log_densities);
             }
         }
+        let densities = self.log_densities.iter_mut();
+        densities.for_each(|density| *density /= self.correlation);
         if self.filter.step(&self.log_densities).is_err() {
             for (joint, torque) in self.joints.iter_mut().zip(torques) {
                 if torque.is_some() {
@@ -146,7 +162,8 @@ impl ContextTracker {
         Ok(())
     }
 
-    /// log p_s(γ) of the latest sample, (m,), natural logarithm, over all joints.
+    /// log p_s(γ)/c of the latest sample, (m,), natural logarithm, over all joints; c is 1 unless
+    /// [`ContextTracker::of_correlated`] says otherwise.
     pub fn log_densities(&self) -> &[f64] {
         &self.log_densities
     }

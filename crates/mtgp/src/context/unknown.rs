@@ -46,7 +46,9 @@ impl ContextEvidence {
     /// # Source
     /// The whitened residuals of the density in eq. (21) are standard normal.
     pub fn p_values(&self) -> Vec<f64> {
-        let tail = |squares: &f64| chi_squared_upper_tail(*squares, self.n_torques());
+        let n = self.n_independent();
+        let part = n as f64 / self.n_torques().max(1) as f64;
+        let tail = |squares: &f64| chi_squared_upper_tail(part * squares, n);
         self.squares().iter().map(tail).collect()
     }
 

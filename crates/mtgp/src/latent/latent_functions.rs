@@ -80,6 +80,19 @@ impl LatentFunctions {
         })
     }
 
+    /// The same for new torques whose noise is correlated, c of which tell as much as one: σ √c instead of σ.
+    ///
+    /// # Panics
+    /// If c is not at least 1.
+    #[must_use]
+    pub fn of_correlated(self, correlation: f64) -> Self {
+        assert!(correlation >= 1.0, "{correlation} torques for one");
+        Self {
+            noise_std: self.noise_std * correlation.sqrt(),
+            ..self
+        }
+    }
+
     /// Number of inputs k.
     pub fn n_points(&self) -> usize {
         self.mean.nrows()
@@ -109,7 +122,7 @@ impl LatentFunctions {
         self.prior.as_ref()
     }
 
-    /// Noise standard deviation σ, in target units.
+    /// Noise standard deviation σ of the new torques, in target units.
     pub fn noise_std(&self) -> f64 {
         self.noise_std
     }

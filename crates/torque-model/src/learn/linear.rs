@@ -7,6 +7,7 @@ use crate::joint_model::{JointModel, linear_name};
 use crate::learn::candidate::Candidate;
 use crate::learn::learner::Learn;
 use crate::samples::{JointTorques, Samples};
+use crate::spacing::residual_correlation;
 
 /// Torques that are linear in the state, and in the signs of the speeds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,8 +23,10 @@ pub struct Linear {
 pub enum LinearVariances {
     /// Those of eq. (9), for torques of an arm in N·m and features as they are.
     Chapter,
-    /// Those of the highest evidence, for standardised features.
+    /// Those of the highest evidence, for standardised features and independent rows.
     Evident,
+    /// The same where what is left of the torques is correlated within runs: [`residual_correlation`] rows count as one.
+    EvidentWithinRuns,
 }
 
 impl Linear {
@@ -42,10 +45,17 @@ impl Linear {
         Self { form, variances }
     }
 
-    /// The same model with the variances of the highest evidence.
+    /// The same model with the variances of the highest evidence, of rows taken for independent.
     #[must_use]
     pub fn by_evidence(self) -> Self {
         let variances = LinearVariances::Evident;
+        Self { variances, ..self }
+    }
+
+    /// The same model with the variances of the highest evidence, of rows that are correlated within runs.
+    #[must_use]
+    pub fn by_evidence_within_runs(self) -> Self {
+        let variances = LinearVariances::EvidentWithinRuns;
         Self { variances, ..self }
     }
 }
@@ -65,7 +75,27 @@ impl Learn for Linear {
         let linear = match self.variances {
             LinearVariances::Chapter => BayesLinear::fit(x, torques, self.form)?,
             LinearVariances::Evident => BayesLinear::fit_by_evidence(x, torques, self.form)?,
+            LinearVariances::EvidentWithinRuns => within_runs(samples, torques, self.form)?,
         };
         Ok(vec![JointModel::from(linear).into()])
+    }
+}
+
+/// A first fit says by what it leaves how many rows count as one.
+fn within_runs(
+    samples: &Samples,
+    torques: &[f64],
+    form: LinearForm,
+) -> Result<BayesLinear, TorqueError> {
+    let x = samples.x.as_ref();
+    let first = BayesLinear::fit_by_evidence(x, torques, form)?;
+    let mean = first.predict_mean(x)?;
+    let residuals: Vec<f64> = torques.iter().zip(mean).map(|(t, mean)| t - mean).collect();
+    let correlation = residual_correlation(samples, &residuals)?;
+    if correlation > 1.0 {
+        let fit = BayesLinear::fit_correlated_by_evidence;
+        Ok(fit(x, torques, form, correlation)?)
+    } else {
+        Ok(first)
     }
 }

@@ -34,6 +34,29 @@ pub struct TermChoice {
     /// Every set that was tried, with the mean of log nMSE over the parts left out for each joint, (ℓ,); `None` for a
     /// joint that too few parts can judge.
     pub scores: Vec<(TermSet, Vec<Option<f64>>)>,
+    /// The same of the links as they are described, without friction, (ℓ,).
+    pub described: Vec<Option<f64>>,
+}
+
+impl TermChoice {
+    /// The mean of log nMSE with the set that a joint keeps, and that of the description alone.
+    ///
+    /// # Panics
+    /// If there is no such joint.
+    pub fn kept_and_described(&self, joint: usize) -> Option<(f64, f64)> {
+        let kept = self
+            .scores
+            .iter()
+            .find(|(set, _)| *set == self.kept[joint])?;
+        kept.1[joint].zip(self.described[joint])
+    }
+}
+
+/// log nMSE on rows that were left out.
+#[derive(Debug, Clone, Copy)]
+struct LogErrors {
+    learned: f64,
+    described: f64,
 }
 
 /// Rows to learn from, and rows to judge by.
@@ -73,21 +96,23 @@ pub(crate) fn choose_terms(
     let tasks: Vec<(TermSet, &Fold<'_>)> = (candidates.iter())
         .flat_map(|set| folds.iter().map(|fold| (*set, fold)))
         .collect();
-    let errors: Vec<Result<Vec<Option<f64>>, TorqueError>> = (tasks.par_iter())
+    let errors: Vec<Result<Vec<Option<LogErrors>>, TorqueError>> = (tasks.par_iter())
         .map(|(set, fold)| {
             let sets = vec![*set; n_joints];
             let fitted = fit_passes(robot, described, &fold.kept, &sets, settings)?.into_last()?;
             errors_of(&fitted, &fold.held, fold.fewest_rows)
         })
         .collect();
-    let errors: Vec<Vec<Option<f64>>> = errors.into_iter().collect::<Result<_, _>>()?;
+    let errors: Vec<Vec<Option<LogErrors>>> = errors.into_iter().collect::<Result<_, _>>()?;
     let n_folds = folds.len();
     let scores: Vec<(TermSet, Vec<Option<f64>>)> = (candidates.iter().enumerate())
         .map(|(number, set)| {
             let of_set = &errors[number * n_folds..(number + 1) * n_folds];
             (
                 *set,
-                (0..n_joints).map(|joint| mean_of(of_set, joint)).collect(),
+                (0..n_joints)
+                    .map(|joint| mean_of(of_set, joint, |errors| errors.learned))
+                    .collect(),
             )
         })
         .collect();
@@ -99,14 +124,27 @@ pub(crate) fn choose_terms(
     let kept = (0..n_joints)
         .map(|joint| best(&scores, joint).unwrap_or(plain))
         .collect();
-    Ok(TermChoice { kept, scores })
+    // The description is the same whatever is learned.
+    let of_any = &errors[..n_folds.min(errors.len())];
+    let described = (0..n_joints)
+        .map(|joint| mean_of(of_any, joint, |errors| errors.described))
+        .collect();
+    Ok(TermChoice {
+        kept,
+        scores,
+        described,
+    })
 }
 
 /// The mean over the parts that can judge a joint, of which there must be two.
-fn mean_of(errors: &[Vec<Option<f64>>], joint: usize) -> Option<f64> {
+fn mean_of(
+    errors: &[Vec<Option<LogErrors>>],
+    joint: usize,
+    of: impl Fn(LogErrors) -> f64,
+) -> Option<f64> {
     let judged: Vec<f64> = errors
         .iter()
-        .filter_map(|of_joint| of_joint[joint])
+        .filter_map(|of_joint| of_joint[joint].map(&of))
         .collect();
     (judged.len() >= FEWEST_FOLDS).then(|| judged.iter().sum::<f64>() / judged.len() as f64)
 }
@@ -136,11 +174,12 @@ fn errors_of(
     posterior: &ParameterPosterior,
     log: &Log<'_>,
     fewest: usize,
-) -> Result<Vec<Option<f64>>, TorqueError> {
+) -> Result<Vec<Option<LogErrors>>, TorqueError> {
     #[derive(Default, Clone)]
     struct Moments {
         n: f64,
         square_error: f64,
+        square_target: f64,
         torques: Vec<f64>,
     }
     let design = posterior.design(log)?;
@@ -157,6 +196,7 @@ fn errors_of(
         let residuals = design.residuals(joint, rows, posterior.mean(), load, Some(&rigid));
         of.n += residuals.len() as f64;
         of.square_error += residuals.iter().map(|e| e * e).sum::<f64>();
+        of.square_target += rows.targets.iter().map(|e| e * e).sum::<f64>();
         let torques = rows.targets.iter().zip(&rows.described);
         of.torques
             .extend(torques.map(|(target, known)| target + known));
@@ -164,8 +204,10 @@ fn errors_of(
     let error = |of: &Moments| {
         let centre = of.torques.iter().sum::<f64>() / of.n;
         let var = of.torques.iter().map(|t| (t - centre).powi(2)).sum::<f64>();
-        let log = (of.square_error / var).ln();
-        (of.torques.len() >= fewest && var > 0.0 && log.is_finite()).then_some(log)
+        let learned = (of.square_error / var).ln();
+        let described = (of.square_target / var).ln();
+        (of.torques.len() >= fewest && var > 0.0 && learned.is_finite())
+            .then_some(LogErrors { learned, described })
     };
     Ok(moments.iter().map(error).collect())
 }

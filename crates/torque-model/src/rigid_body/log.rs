@@ -274,7 +274,10 @@ pub(crate) fn moving(t: &[f64], qd: &[f64]) -> Vec<bool> {
 }
 
 /// The rows of each label of each context; without labels a context's rows, cut where time falls.
-fn runs_of(samples: &Samples) -> Result<Vec<Run>, TorqueError> {
+///
+/// # Errors
+/// [`TorqueError::Log`] for time that does not rise within a run.
+pub(crate) fn runs_of(samples: &Samples) -> Result<Vec<Run>, TorqueError> {
     let timeline = &samples.timeline;
     let mut runs: Vec<Run> = Vec::new();
     let mut last_of: BTreeMap<(usize, Option<usize>), usize> = BTreeMap::new();

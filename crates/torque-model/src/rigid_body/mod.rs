@@ -36,10 +36,12 @@ mod golden;
 
 pub use consistency::nearest_body;
 pub use correlation::LEAST_SECONDS;
+pub(crate) use correlation::{RunRows, correlation, least_correlation, median};
 pub use evidence::LoadEvidence;
 pub use export::{IdentifiedLoad, IdentifiedRobot};
 pub use fit::FitSettings;
 pub use identify::{Fitted, fit};
+pub(crate) use log::{Run, runs_of};
 pub use low_rank::LowRank;
 pub(crate) use memory::states_with_memory;
 pub use noise::{JointNoise, N_BINS, SPEED_EDGES, bin_of};

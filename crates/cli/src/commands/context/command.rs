@@ -8,6 +8,7 @@ use mtgp::context::{
     ContextTransition, known_or_unknown,
 };
 use serde::Serialize;
+use torque_model::rigid_body::LEAST_SECONDS;
 use torque_model::{RobotModel, Samples, TorqueError};
 
 use crate::commands::context::evidence::evidence_of;
@@ -21,6 +22,7 @@ use crate::model_file::ModelFile;
 use crate::output::{self, Output};
 use crate::printed::PrintArgs;
 use crate::range_watch::warn_outside;
+use crate::row_spacing;
 use crate::samples::DataColumns;
 use crate::table::Table;
 use crate::text_table;
@@ -33,6 +35,7 @@ use crate::text_table;
 /// are taken, evenly spread.
 /// Row after row, what is believed after a row takes the rows before it into account, with --switching as contexts
 /// that change.
+/// Rows closer in time than 0.3 s, by the column `t`, share what the model does not know: those of 0.3 s count as one.
 /// "None of these" is the answer if, under every context, torques this far from the model's are less probable than
 /// --level; a model's own variance is often too small where it has no samples, and then it says so too soon.
 /// Of a model of a robot's parameters (rbd), all rows are one stretch, with the evidence of each known load and of one
@@ -214,6 +217,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let total = Total::new(args, &model, &in_total, &prior, calibration.as_ref());
     let total = total.map_err(CliError::of_data(&file))?;
     let rows = follow(args, &model, samples, &prior, interval).map_err(CliError::of_data(&file))?;
+    row_spacing::tell_of_new_rows(&file, samples)?;
     if let Some(path) = &args.output {
         write_rows(path, contexts, &rows)?;
     }
@@ -316,7 +320,9 @@ fn follow(
     let posteriors = model.tasks().map(|(_, process)| &process.posterior);
     let tracker = ContextTracker::new(posteriors, args.window, prior, chain)?;
     let noise = vec![args.noise; model.learned().len()];
-    let mut tracker = tracker.with_torque_noise(&noise)?;
+    let correlation = samples.rows_per_independent(LEAST_SECONDS)?;
+    let tracker = tracker.with_torque_noise(&noise)?;
+    let mut tracker = tracker.of_correlated(correlation);
     let mut rows = Vec::with_capacity(samples.n_rows());
     for row in 0..samples.n_rows() {
         let x: Vec<f64> = samples.x.row(row).iter().copied().collect();

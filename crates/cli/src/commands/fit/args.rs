@@ -71,6 +71,11 @@ pub struct Args {
     #[arg(long)]
     pub chapter: bool,
 
+    /// Learn from all rows as if each told something of its own, however close in time they are; without, of a log with
+    /// a column t, processes learn from rows at least 0.3 s apart, and rows of lr and lrc count by their correlation
+    #[arg(long)]
+    pub all_rows: bool,
+
     /// How likelihoods are computed (not lr and lrc)
     #[arg(long, value_enum, default_value_t = MethodArg::Automatic)]
     pub method: MethodArg,
@@ -121,6 +126,11 @@ impl ModelArg {
     /// Whether it learns the parameters of a robot.
     pub fn is_of_robot(self) -> bool {
         matches!(self, Self::Rbd | Self::RbdGp)
+    }
+
+    /// Whether it is linear in the state.
+    pub fn is_linear(self) -> bool {
+        matches!(self, Self::Lr | Self::Lrc)
     }
 
     /// Whether it learns several contexts together.
@@ -233,6 +243,11 @@ Standard error has a line per finished joint, beyond 512 samples one for what ea
 Exit status: 0, or 2 for bad input or usage; then there is one message and no output file.";
 
 impl Args {
+    /// Whether rows are taken for independent, however close in time they are.
+    pub fn takes_all_rows(&self) -> bool {
+        self.chapter || self.all_rows
+    }
+
     /// Refuses options that do not go together.
     ///
     /// # Errors
@@ -247,6 +262,11 @@ impl Args {
             }
             _ if self.chapter && needs_robot => {
                 format!("--chapter goes with all models but rbd and rbd+gp, not {model}")
+            }
+            _ if self.all_rows && self.model == ModelArg::Rbd => {
+                format!(
+                    "--all-rows goes with all models but rbd, which counts rows by their correlation, not {model}"
+                )
             }
             _ if self.payloads.is_some() && self.model != ModelArg::Mgp => {
                 format!("--payloads goes with --model mgp, not {model}")

@@ -1,5 +1,6 @@
 //! Reads, checks, learns and writes.
 
+use std::borrow::Cow;
 use std::io::Write;
 use std::num::NonZeroUsize;
 
@@ -20,6 +21,7 @@ use crate::messages;
 use crate::output::{self, Output};
 use crate::robot::RobotRequest;
 use crate::row_contexts::number_in;
+use crate::row_spacing;
 use crate::samples::{Data, DataColumns};
 use crate::score::is_constant;
 use crate::table::Table;
@@ -73,17 +75,19 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         Some(folder) => described_contexts(args, folder, &data.samples.contexts)?,
         None => learner,
     };
-    let learned = learn(args, &data.samples, learner.as_ref(), &file)?;
+    let samples = learned_from(args, &file, &data.samples)?;
+    warn_of_memory(&file, samples.n_rows());
+    let learned = learn(args, &samples, learner.as_ref(), &file)?;
     let provenance = Provenance {
         data_sha256: table.sha256().unwrap_or_default(),
         robot_sha256: None,
         program: concat!("torque-gp ", env!("CARGO_PKG_VERSION")).to_owned(),
         context: data.context.clone(),
     };
-    let model = RobotModel::of_learned(&data.samples, learner.as_ref(), learned, provenance);
+    let model = RobotModel::of_learned(&samples, learner.as_ref(), learned, provenance);
     let model = model.map_err(CliError::of_data(&file))?;
     if args.model == ModelArg::Mgp && args.payloads.is_none() {
-        warn_of_few_states(&file, &model, &data.samples).map_err(CliError::of_data(&file))?;
+        warn_of_few_states(&file, &model, &samples).map_err(CliError::of_data(&file))?;
     }
     let bytes = model.to_bytes();
     let name = output.name().to_owned();
@@ -173,12 +177,6 @@ fn check(file: &str, data: &Data) -> Result<(), CliError> {
             ));
         }
     }
-    if n_rows > MANY_ROWS {
-        let gigabytes = most_bytes(n_rows) / 1e9;
-        messages::warning(format!(
-            "{file}: {n_rows} rows: a Gaussian process may take {gigabytes:.0} GB for each joint learned at a time"
-        ));
-    }
     for (number, context) in samples.contexts.iter().enumerate() {
         let of_context = samples.context_of.iter().filter(|of| **of == number);
         if of_context.count() == 1 {
@@ -188,6 +186,31 @@ fn check(file: &str, data: &Data) -> Result<(), CliError> {
         }
     }
     Ok(())
+}
+
+/// The rows that count for the model.
+fn learned_from<'a>(
+    args: &Args,
+    file: &str,
+    samples: &'a Samples,
+) -> Result<Cow<'a, Samples>, CliError> {
+    if args.takes_all_rows() || args.model == ModelArg::Rbd {
+        Ok(Cow::Borrowed(samples))
+    } else if args.model.is_linear() {
+        row_spacing::tell_of_weights(file, samples, &args.model.name())?;
+        Ok(Cow::Borrowed(samples))
+    } else {
+        row_spacing::of_process(file, samples)
+    }
+}
+
+fn warn_of_memory(file: &str, n_rows: usize) {
+    if n_rows > MANY_ROWS {
+        let gigabytes = most_bytes(n_rows) / 1e9;
+        messages::warning(format!(
+            "{file}: {n_rows} rows: a Gaussian process may take {gigabytes:.0} GB for each joint learned at a time"
+        ));
+    }
 }
 
 /// Warns of contexts in whose rows there are fewer different states than their row of Λ has entries.
@@ -241,6 +264,9 @@ fn learn(
     messages::report(report::table(samples, &learned, &progress));
     if let Some(choice) = &learned.terms {
         messages::report(report::terms(samples, choice));
+        for joint in report::worse_than_described(samples, choice) {
+            messages::note(joint);
+        }
     }
     if let Some(RankSelection { criterion, values }) = &learned.selection {
         let values: Vec<String> = values

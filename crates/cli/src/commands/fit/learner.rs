@@ -36,10 +36,10 @@ pub fn learner(args: &Args) -> Result<Box<dyn Learn>, CliError> {
 }
 
 fn linear(args: &Args, of_chapter: Linear) -> Linear {
-    if args.chapter {
-        of_chapter
-    } else {
-        of_chapter.by_evidence()
+    match (args.chapter, args.all_rows) {
+        (true, _) => of_chapter,
+        (false, true) => of_chapter.by_evidence(),
+        (false, false) => of_chapter.by_evidence_within_runs(),
     }
 }
 

@@ -78,3 +78,21 @@ pub fn terms(samples: &Samples, choice: &TermChoice) -> String {
         text_table::render(&header, &rows)
     )
 }
+
+/// Joints whose left-out parts the description alone predicts better than what was learned, a line for each.
+pub fn worse_than_described(samples: &Samples, choice: &TermChoice) -> Vec<String> {
+    let line = |joint_idx: usize| {
+        let (learned, described) = choice.kept_and_described(joint_idx)?;
+        (learned > described).then(|| {
+            format!(
+                "{}: what was left out is predicted worse than by the links as described, without friction (nMSE {:.2e} \
+                 against {:.2e}): the log says too little of this joint; motions at speeds of its own help",
+                samples.joint_names[joint_idx],
+                learned.exp(),
+                described.exp()
+            )
+        })
+    };
+    let joints = samples.torques.iter();
+    joints.filter_map(|of| line(of.joint_idx)).collect()
+}
