@@ -7,6 +7,7 @@
 )]
 
 mod allocations;
+mod coverage;
 mod damaged_file;
 mod extended_precision;
 mod forged_files;
@@ -20,5 +21,6 @@ mod rigid_body_file;
 mod rigid_body_models;
 mod rounding;
 mod shared_parameters;
+mod simulated_arm;
 mod threads;
 mod torque_models;
