@@ -9,12 +9,14 @@
 mod allocations;
 mod coverage;
 mod damaged_file;
+mod disjoint_stretches;
 mod extended_precision;
 mod forged_files;
 mod learning;
 mod many_loads_file;
 mod model_file;
 mod multi_task_models;
+mod new_load;
 mod old_files;
 mod predictor;
 mod rigid_body_file;

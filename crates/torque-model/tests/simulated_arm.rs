@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use faer::Mat;
-use puma_dyn::dynamics::{Hysteresis, inertial_parameters, rnea_with_hysteresis};
+use puma_dyn::dynamics::{Hysteresis, N_PARAMETERS, inertial_parameters, rnea_with_hysteresis};
 use puma_dyn::motion::TorqueNoise;
 use puma_dyn::robot::{
     FrictionTerm, HysteresisFriction, Inertial, JointDescription, LoadHysteresisFriction,
@@ -106,6 +106,22 @@ impl SimulatedArm {
         };
         drawn.noise_std = drawn.torque_rms().map(|rms| NOISE_PART * rms);
         drawn
+    }
+
+    /// The arm as the table describes it, with its jumps of friction; nothing, then each of these loads; white noise.
+    pub fn as_described(seed: u64, loads: &[Payload], noise_std: f64) -> Self {
+        let arm = puma560::model();
+        let frame = arm.frame_idx(puma560::LAST_LINK).unwrap();
+        let carried = (loads.iter()).map(|load| Context::from(arm.attach(frame, load).unwrap()));
+        Self {
+            described: Arc::new(puma560::model()),
+            contexts: [Context::empty()].into_iter().chain(carried).collect(),
+            arm,
+            joints: puma560::description().joints,
+            noise_std: [noise_std; N_JOINTS],
+            noise_time: 0.0,
+            seed,
+        }
     }
 
     /// A log of runs, each in a context for some seconds; `label` makes it another one.
@@ -252,16 +268,22 @@ impl SimulatedArm {
                 w[unknown] = self.coefficient(joint, *term);
             }
         }
-        for (context, carried) in self.contexts.iter().enumerate() {
-            let Some(load) = posterior.load_of(context) else {
-                continue;
-            };
-            let loaded = inertial_parameters(&self.arm, carried);
-            for (unknown, body) in unknowns.load(load).zip(unknowns.carrier()) {
-                w[unknown] = loaded[body] - bare[body];
+        for context in 0..posterior.n_contexts() {
+            if let Some(load) = posterior.load_of(context) {
+                w[unknowns.load(load)].copy_from_slice(&self.load(context));
             }
         }
         w
+    }
+
+    /// ψ of a context in truth, (10,).
+    pub fn load(&self, context: usize) -> Vec<f64> {
+        let loaded = inertial_parameters(&self.arm, &self.contexts[context]);
+        let bare = inertial_parameters(&self.arm, &Context::empty());
+        let carrier = bare.len() - N_PARAMETERS..bare.len();
+        (loaded[carrier.clone()].iter().zip(&bare[carrier]))
+            .map(|(loaded, bare)| loaded - bare)
+            .collect()
     }
 
     /// θ of a joint's term in truth.
