@@ -33,7 +33,7 @@ mod unknowns;
 #[cfg(test)]
 mod golden;
 
-pub use consistency::nearest_body;
+pub use consistency::{nearest_bodies, nearest_body};
 pub use correlation::LEAST_SECONDS;
 pub use evidence::LoadEvidence;
 pub use export::{IdentifiedLoad, IdentifiedRobot};
