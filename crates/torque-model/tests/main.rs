@@ -10,6 +10,7 @@ mod allocations;
 mod coverage;
 mod damaged_file;
 mod disjoint_stretches;
+mod exported_robot;
 mod extended_precision;
 mod forged_files;
 mod learning;

@@ -314,8 +314,27 @@ mod tests {
             (true, ..) => 1.0,
             _ => 0.0,
         });
+        let metric = Factor::new(covariance.clone()).unwrap();
         let (nearest, impossible) = nearest_bodies(&pair, covariance).unwrap();
         assert_eq!(impossible, [0]);
+        let distance = |bodies: &[f64]| {
+            let mut error = Mat::from_fn(20, 1, |k, _| bodies[k] - pair[k]);
+            metric.half_solve_in_place(error.as_mut());
+            error.squared_norm_l2()
+        };
+        // Bodies are a convex set: where none is nearer on the way to any other, none is.
+        let least = distance(&nearest);
+        for number in 0..200_u32 {
+            let other = |k: u32| (f64::from(number * 7919 + k * 104_729) * 0.618).fract() - 0.5;
+            let other: Vec<f64> = (0..20).map(other).collect();
+            let other = other.chunks_exact(N_PARAMETERS).flat_map(body_of);
+            for size in [1e-6, 1e-4, 1e-2] {
+                let between = nearest.iter().zip(other.clone());
+                let between: Vec<f64> = between.map(|(a, b)| a + size * (b - a)).collect();
+                let gain = 1.0 - distance(&between) / least;
+                assert!(gain < 1e-5, "{number}, {size}: {gain}");
+            }
+        }
         assert!(nearest[0] > 0.0, "{nearest:?}");
         // A deviation of 1e-4 of the sum is as far as one of the difference by a kilogram.
         assert!((nearest[0] + nearest[10] - 4.0).abs() < 1e-4, "{nearest:?}");
