@@ -108,6 +108,18 @@ impl Write for Output {
 /// # Errors
 /// The two paths lead to the same file.
 pub fn check_not_an_input(output: &Path, inputs: &[&Path]) -> Result<(), CliError> {
+    check_option_not_an_input("--output", output, inputs)
+}
+
+/// The same of an output that another option names.
+///
+/// # Errors
+/// The two paths lead to the same file.
+pub fn check_option_not_an_input(
+    option: &str,
+    output: &Path,
+    inputs: &[&Path],
+) -> Result<(), CliError> {
     let Ok(target) = output.canonicalize() else {
         return Ok(()); // it does not exist yet
     };
@@ -116,11 +128,43 @@ pub fn check_not_an_input(output: &Path, inputs: &[&Path]) -> Result<(), CliErro
         Some(input) if target.is_file() => {
             let (output, input) = (output.display(), input.display());
             Err(CliError::Usage(format!(
-                "--output {output} is the input {input}: it would be overwritten"
+                "{option} {output} is the input {input}: it would be overwritten"
             )))
         }
         _ => Ok(()),
     }
+}
+
+/// Refuses two outputs, each with the option that names it, that are one file, under whatever names.
+///
+/// # Errors
+/// Two paths lead to the same file, or would.
+pub fn check_different(outputs: &[(&str, &Path)]) -> Result<(), CliError> {
+    for (number, (option, path)) in outputs.iter().enumerate() {
+        let before = outputs[..number].iter();
+        let same = before
+            .clone()
+            .find(|(_, other)| place_of(other) == place_of(path));
+        if let Some((other, _)) = same {
+            let path = path.display();
+            return Err(CliError::Usage(format!(
+                "{other} and {option} are both {path}: one would overwrite the other"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Where a path leads, whether there is a file or not.
+fn place_of(path: &Path) -> PathBuf {
+    let of_folder = || {
+        let folder = folder_of(path).canonicalize().ok()?;
+        Some(folder.join(path.file_name()?))
+    };
+    let of_file = path.canonicalize().ok();
+    of_file
+        .or_else(of_folder)
+        .unwrap_or_else(|| path.to_owned())
 }
 
 /// The directory a path lies in.

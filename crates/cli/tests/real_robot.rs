@@ -135,3 +135,39 @@ fn what_is_exported_has_the_torques_that_are_predicted() {
     let refused = folder.refusal("export --model arm.tgp --payload-of D d.toml");
     assert!(refused.contains("does not have it"), "{refused}");
 }
+
+#[test]
+fn outputs_of_an_export_are_files_of_their_own() {
+    let folder = folder();
+    folder.write("old.urdf", "old");
+    for (options, expected) in [
+        (
+            "--urdf a.x --sidecar ./a.x",
+            "--urdf and --sidecar are both ./a.x",
+        ),
+        (
+            "--sidecar a.x --payload-of A a.x",
+            "--sidecar and --payload-of are both a.x",
+        ),
+        ("--urdf arm.tgp", "--urdf arm.tgp is the input arm.tgp"),
+        (
+            "--payload-of A arm.tgp",
+            "--payload-of arm.tgp is the input arm.tgp",
+        ),
+        (
+            "--urdf old.urdf --sidecar none/a.toml",
+            "the directory none does not exist",
+        ),
+        ("--urdf old.urdf --payload-of D d.toml", "does not have it"),
+    ] {
+        let refused = folder.refusal(&format!("export --model arm.tgp {options}"));
+        assert!(refused.contains(expected), "{options}: {refused}");
+        assert!(!refused.contains("note:"), "{options}: {refused}");
+        assert_eq!(folder.read("old.urdf"), "old", "{options}");
+    }
+    let said = folder.run("export --model arm.tgp --sidecar motors.toml");
+    assert!(
+        said.contains("viscous friction stands in the URDF"),
+        "{said}"
+    );
+}

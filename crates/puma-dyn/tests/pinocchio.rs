@@ -179,6 +179,22 @@ fn torques_of_a_chain_a_tree_and_a_robot_in_the_wild_are_pinocchios() {
     }
 }
 
+/// What `torque-gp export` wrote of a recorded motion.
+#[test]
+fn torques_of_an_identified_arm_are_pinocchios() {
+    let case = Case::from_urdf("gen3_identified", "puma-dyn/gen3_identified.urdf");
+    let tolerance = tolerance(&case.file, "tau1", case.n());
+    assert!(tolerance < 1e-6, "{tolerance}"); // N·m
+    for row in case.file.rows() {
+        let tau = case.rnea(Effects::RIGID_BODY, &Context::empty(), row);
+        assert_close(&tau, &case.joints(row, "tau"), tolerance, "identified");
+    }
+    assert_eq!(case.file.rows().len(), 50);
+    // The base does not move, so nothing was learned of it.
+    let warnings = case.model.physical_warnings().iter();
+    assert!(warnings.map(|of| of.link.as_str()).eq(["base_link"]));
+}
+
 #[test]
 fn gravity_and_coriolis_torques_are_pinocchios() {
     for case in all() {

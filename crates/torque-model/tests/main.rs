@@ -7,7 +7,10 @@
 )]
 
 mod allocations;
+mod coverage;
 mod damaged_file;
+mod disjoint_stretches;
+mod exported_robot;
 mod extended_precision;
 mod forged_files;
 mod known_loads;
@@ -15,12 +18,14 @@ mod learning;
 mod many_loads_file;
 mod model_file;
 mod multi_task_models;
+mod new_load;
 mod old_files;
 mod predictor;
 mod rigid_body_file;
 mod rigid_body_models;
 mod rounding;
 mod shared_parameters;
+mod simulated_arm;
 mod spacing;
 mod threads;
 mod torque_models;

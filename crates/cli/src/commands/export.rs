@@ -18,6 +18,8 @@ use crate::row_contexts::number_in;
 /// The URDF is that of the fit, with the identified mass, centre and inertia of every moving link, of the arm without a
 /// load, and with the viscous friction of its joints; links behind fixed joints are part of what they are fixed to.
 /// The sidecar has the rotors and the rest of the friction; a payload file has the load of a context.
+/// What was learned of links or a load and is not that of a body is written as the nearest by its covariance, and a note
+/// says so.
 /// `torque-gp inverse-dynamics` on them gives what `predict` gives; a note says what they cannot say.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
@@ -59,19 +61,23 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         _ => None,
     };
     let asked = [
-        args.urdf.as_deref(),
-        args.sidecar.as_deref(),
-        payload.as_ref().map(|of| of.1.as_path()),
+        ("--urdf", args.urdf.as_deref()),
+        ("--sidecar", args.sidecar.as_deref()),
+        ("--payload-of", payload.as_ref().map(|of| of.1.as_path())),
     ];
-    let paths: Vec<&Path> = asked.into_iter().flatten().collect();
+    let asked = asked.into_iter();
+    let paths: Vec<(&str, &Path)> = asked
+        .filter_map(|(option, path)| Some((option, path?)))
+        .collect();
     if paths.is_empty() {
         return Err(CliError::Usage(
             "nothing to write: say --urdf FILE.urdf, --sidecar FILE.toml or --payload-of CONTEXT FILE.toml".to_owned(),
         ));
     }
-    for path in &paths {
-        output::check_not_an_input(path, &[&args.model])?;
+    for (option, path) in &paths {
+        output::check_option_not_an_input(option, path, &[&args.model])?;
     }
+    output::check_different(&paths)?;
     let model = ModelFile::load(&args.model)?;
     let refused = |what: &str| CliError::Usage(format!("{}: {what}", model.file));
     let (Some(posterior), Some(source)) = (model.rigid_body(), &model.parts().robot) else {
@@ -80,39 +86,69 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         ));
     };
     let of_model = |cause: TorqueError| CliError::of_data(&model.file)(cause);
-    let mut texts: Vec<(&Path, String)> = Vec::new();
+    let (mut texts, mut notes): (Vec<(&Path, String)>, Vec<String>) = (Vec::new(), Vec::new());
     if args.urdf.is_some() || args.sidecar.is_some() {
         let robot = posterior.to_robot(source).map_err(of_model)?;
-        texts.extend(args.urdf.as_deref().map(|path| (path, robot.urdf)));
+        notes.extend(robot.notes);
+        match &args.urdf {
+            Some(path) => {
+                notes.extend(note_of_projected(path, posterior, &robot.projected));
+                texts.push((path, robot.urdf));
+            }
+            None => {
+                notes.push("viscous friction stands in the URDF, which --urdf writes".to_owned());
+            }
+        }
         texts.extend(args.sidecar.as_deref().map(|path| (path, robot.sidecar)));
-        robot.notes.into_iter().for_each(messages::note);
     }
     if let Some((context, path)) = &payload {
         let number = number_in("--payload-of", context, model.contexts(), &model.file)?;
         let load = posterior.to_load(number).map_err(of_model)?;
         let load = load.ok_or_else(|| refused(&format!("`{context}` carries nothing")))?;
         if load.is_projected {
-            messages::note(format!(
+            notes.push(format!(
                 "{}: what was learned of `{context}` is not that of a body; the nearest by its covariance is written",
                 path.display()
             ));
         }
         texts.push((path, payload_text(context, &load, posterior)));
     }
-    write_all(texts)
+    write_all(texts, notes)
 }
 
-/// Every file is whole before the first takes its place.
-fn write_all(texts: Vec<(&Path, String)>) -> Result<(), CliError> {
+/// Which links could not be written as they were learned.
+fn note_of_projected(
+    path: &Path,
+    posterior: &ParameterPosterior,
+    joints: &[usize],
+) -> Option<String> {
+    let names = posterior.parts().robot.joint_names();
+    let moved: Vec<String> = (joints.iter())
+        .map(|joint| format!("`{}`", names[*joint].escape_debug()))
+        .collect();
+    (!moved.is_empty()).then(|| {
+        format!(
+            "{}: what was learned of the link that moves with {} is not that of a body; the nearest bodies by their \
+             covariance are written",
+            path.display(),
+            moved.join(", ")
+        )
+    })
+}
+
+/// Every file is whole, and what there is to say said, before the first takes its place.
+fn write_all(texts: Vec<(&Path, String)>, notes: Vec<String>) -> Result<(), CliError> {
     let mut outputs = Vec::new();
     for (path, text) in texts {
         let mut output = Output::create(path)?;
         let name = output.name().to_owned();
         output
             .write_all(text.as_bytes())
+            .and_then(|()| output.flush())
             .map_err(CliError::io("write", name))?;
         outputs.push(output);
     }
+    notes.into_iter().for_each(messages::note);
     for output in outputs {
         let name = output.name().to_owned();
         output.commit()?;

@@ -1,4 +1,4 @@
-//! Ten parameters that a body can have, nearest to those that were learned.
+//! Parameters that bodies can have, nearest to those that were learned.
 //!
 //! ```text
 //! P = [½ tr(I) 1 − I, m c; (m c)ᵀ, m] ⪰ 0        the pseudo-inertia
@@ -10,8 +10,8 @@
 //! rigid-body inertia", 7(2), for Cholesky coordinates; without their logarithms here,
 //! since the nearest body is often flat, which a logarithm never reaches.
 
-use faer::{Mat, MatRef};
-use linalg::{Factor, product, symmetric_eigen};
+use faer::{ColRef, Mat, MatRef};
+use linalg::{Factor, ThinSvd, product, symmetric_eigen, thin_svd};
 use puma_dyn::dynamics::N_PARAMETERS;
 
 use crate::error::TorqueError;
@@ -50,12 +50,43 @@ pub fn nearest_body(
     parameters: &[f64; N_PARAMETERS],
     covariance: Mat<f64>,
 ) -> Result<([f64; N_PARAMETERS], bool), TorqueError> {
-    let eigen =
-        symmetric_eigen(pseudo_inertia(parameters).as_ref()).map_err(gp_core::GpError::from)?;
-    if eigen.values[0] >= 0.0 && parameters[0] > 0.0 {
-        return Ok((*parameters, false));
+    let (nearest, impossible) = nearest_bodies(parameters, covariance)?;
+    Ok((std::array::from_fn(|k| nearest[k]), !impossible.is_empty()))
+}
+
+/// The same of several bodies together, with the numbers of those that cannot be.
+///
+/// The others move, too, as far as the covariance says that it is not known which of them has what is not there.
+/// # Shapes
+/// `parameters` (10 bodies,), `covariance` of as many.
+/// # Errors
+/// As for one.
+pub fn nearest_bodies(
+    parameters: &[f64],
+    covariance: Mat<f64>,
+) -> Result<(Vec<f64>, Vec<usize>), TorqueError> {
+    let bodies = parameters.chunks_exact(N_PARAMETERS);
+    let (mut at, mut impossible) = (Vec::with_capacity(parameters.len()), Vec::new());
+    for (number, body) in bodies.enumerate() {
+        let (coordinates, can_be) = coordinates_near(body)?;
+        at.extend(coordinates);
+        if !can_be {
+            impossible.push(number);
+        }
+    }
+    if impossible.is_empty() {
+        return Ok((parameters.to_vec(), impossible));
     }
     let metric = Factor::new(covariance).map_err(gp_core::GpError::from)?;
+    let at = least_distance(&metric, at, parameters)?;
+    let nearest = at.chunks_exact(N_PARAMETERS).map(body_of);
+    Ok((nearest.flat_map(inside).collect(), impossible))
+}
+
+/// Coordinates of a body near ten parameters, and whether one can have them.
+fn coordinates_near(parameters: &[f64]) -> Result<([f64; N_PARAMETERS], bool), TorqueError> {
+    let eigen =
+        symmetric_eigen(pseudo_inertia(parameters).as_ref()).map_err(gp_core::GpError::from)?;
     let largest = eigen.values[3].max(f64::MIN_POSITIVE);
     let clamped = Mat::from_fn(4, 4, |row, col| {
         let terms = (0..4).map(|k| {
@@ -65,20 +96,28 @@ pub fn nearest_body(
         terms.sum()
     });
     let first = Factor::new(clamped).map_err(gp_core::GpError::from)?;
-    let mut at: [f64; N_PARAMETERS] = std::array::from_fn(|k| {
-        let (row, col) = TRIANGLE[k];
-        first.l()[(row, col)]
-    });
-    let distance = |at: &[f64; N_PARAMETERS]| {
-        let residual = whitened(&metric, &difference(&body_of(at), parameters));
+    let coordinates = TRIANGLE.map(|(row, col)| first.l()[(row, col)]);
+    Ok((coordinates, eigen.values[0] >= 0.0 && parameters[0] > 0.0))
+}
+
+/// Levenberg & Marquardt's search for the coordinates of the bodies nearest to given parameters.
+fn least_distance(
+    metric: &Factor,
+    mut at: Vec<f64>,
+    parameters: &[f64],
+) -> Result<Vec<f64>, TorqueError> {
+    let distance = |at: &[f64]| {
+        let bodies = at.chunks_exact(N_PARAMETERS).flat_map(body_of);
+        let differences: Vec<f64> = bodies.zip(parameters).map(|(a, b)| a - b).collect();
+        let residual = whitened(metric, ColRef::from_slice(&differences).as_mat().to_owned());
         (residual.col(0).squared_norm_l2(), residual)
     };
     let (mut least, mut residual) = distance(&at);
+    let mut steps = DampedSteps::new(whitened(metric, jacobian(&at)))?;
     let mut damping = 1e-3;
     for _ in 0..STEPS {
-        let jacobian = whitened(&metric, &jacobian(&at));
-        let step = damped_step(jacobian.as_ref(), residual.as_ref(), damping)?;
-        let next: [f64; N_PARAMETERS] = std::array::from_fn(|k| at[k] - step[(k, 0)]);
+        let step = steps.at(residual.as_ref(), damping);
+        let next: Vec<f64> = at.iter().zip(&step).map(|(at, step)| at - step).collect();
         let (found, of_next) = distance(&next);
         if found < least {
             let is_settled = least - found <= SETTLED * least;
@@ -87,6 +126,7 @@ pub fn nearest_body(
             if is_settled {
                 break;
             }
+            steps = DampedSteps::new(whitened(metric, jacobian(&at)))?;
         } else {
             damping *= 4.0;
             if damping > 1e12 {
@@ -94,7 +134,49 @@ pub fn nearest_body(
             }
         }
     }
-    Ok((inside(body_of(&at)), true))
+    Ok(at)
+}
+
+/// Steps of any damping from one place, by singular values of the Jacobian: what is known a thousand times better of
+/// some combinations than of others would be lost in JᵀJ.
+struct DampedSteps {
+    /// J D⁻¹, D its columns' lengths.
+    svd: ThinSvd,
+    lengths: Vec<f64>,
+}
+
+impl DampedSteps {
+    fn new(mut jacobian: Mat<f64>) -> Result<Self, TorqueError> {
+        let length = |norm: f64| if norm > 0.0 { norm } else { 1.0 };
+        let lengths: Vec<f64> = jacobian
+            .col_iter()
+            .map(|col| length(col.norm_l2()))
+            .collect();
+        for (column, length) in jacobian.col_iter_mut().zip(&lengths) {
+            column.iter_mut().for_each(|entry| *entry /= length);
+        }
+        let svd = thin_svd(jacobian.as_ref()).map_err(gp_core::GpError::from)?;
+        Ok(Self { svd, lengths })
+    }
+
+    /// (JᵀJ + λ D²)⁻¹ Jᵀ r = D⁻¹ V diag(s/(s² + λ)) Uᵀ r
+    fn at(&self, residual: MatRef<'_, f64>, damping: f64) -> Vec<f64> {
+        let ThinSvd {
+            left,
+            values,
+            right,
+        } = &self.svd;
+        let mut along = product(left.transpose(), residual);
+        for (entry, s) in along.col_mut(0).iter_mut().zip(values) {
+            *entry *= s / (s * s + damping);
+        }
+        let step = product(right.as_ref(), along.as_ref());
+        step.col(0)
+            .iter()
+            .zip(&self.lengths)
+            .map(|(step, length)| step / length)
+            .collect()
+    }
 }
 
 /// The body with its mass spread by a billionth more, so that rounding leaves it one.
@@ -106,37 +188,13 @@ fn inside(mut body: [f64; N_PARAMETERS]) -> [f64; N_PARAMETERS] {
     body
 }
 
-/// (JᵀJ + λ diag JᵀJ)⁻¹ Jᵀ r
-fn damped_step(
-    jacobian: MatRef<'_, f64>,
-    residual: MatRef<'_, f64>,
-    damping: f64,
-) -> Result<Mat<f64>, TorqueError> {
-    let mut normal = product(jacobian.transpose(), jacobian);
-    let largest = (0..N_PARAMETERS)
-        .map(|k| normal[(k, k)])
-        .fold(0.0, f64::max);
-    for k in 0..N_PARAMETERS {
-        normal[(k, k)] += damping * normal[(k, k)] + 1e-14 * largest;
-    }
-    let mut step = product(jacobian.transpose(), residual);
-    let factor = Factor::new(normal).map_err(gp_core::GpError::from)?;
-    factor.solve_in_place(step.as_mut());
-    Ok(step)
-}
-
-fn whitened(metric: &Factor, columns: &Mat<f64>) -> Mat<f64> {
-    let mut columns = columns.clone();
+fn whitened(metric: &Factor, mut columns: Mat<f64>) -> Mat<f64> {
     metric.half_solve_in_place(columns.as_mut());
     columns
 }
 
-fn difference(a: &[f64; N_PARAMETERS], b: &[f64; N_PARAMETERS]) -> Mat<f64> {
-    Mat::from_fn(N_PARAMETERS, 1, |row, _| a[row] - b[row])
-}
-
-fn pseudo_inertia(p: &[f64; N_PARAMETERS]) -> Mat<f64> {
-    let [m, x, y, z, xx, xy, yy, xz, yz, zz] = *p;
+fn pseudo_inertia(p: &[f64]) -> Mat<f64> {
+    let [m, x, y, z, xx, xy, yy, xz, yz, zz]: [f64; N_PARAMETERS] = std::array::from_fn(|k| p[k]);
     let half = 0.5 * (xx + yy + zz);
     let rows = [
         [half - xx, -xy, -xz, x],
@@ -164,7 +222,7 @@ fn parameters_of(p: &Mat<f64>) -> [f64; N_PARAMETERS] {
     ]
 }
 
-fn factor_of(at: &[f64; N_PARAMETERS]) -> Mat<f64> {
+fn factor_of(at: &[f64]) -> Mat<f64> {
     let mut l = Mat::zeros(4, 4);
     for (value, (row, col)) in at.iter().zip(TRIANGLE) {
         l[(row, col)] = *value;
@@ -172,22 +230,24 @@ fn factor_of(at: &[f64; N_PARAMETERS]) -> Mat<f64> {
     l
 }
 
-fn body_of(at: &[f64; N_PARAMETERS]) -> [f64; N_PARAMETERS] {
+fn body_of(at: &[f64]) -> [f64; N_PARAMETERS] {
     let l = factor_of(at);
     parameters_of(&product(l.as_ref(), l.transpose()))
 }
 
-/// ∂ψ/∂(coordinates), (10, 10): dP = dL Lᵀ + L dLᵀ.
-fn jacobian(at: &[f64; N_PARAMETERS]) -> Mat<f64> {
-    let l = factor_of(at);
-    let mut jacobian = Mat::zeros(N_PARAMETERS, N_PARAMETERS);
-    for (k, (row, col)) in TRIANGLE.into_iter().enumerate() {
-        let mut change = Mat::zeros(4, 4);
-        change[(row, col)] = 1.0;
-        let half = product(change.as_ref(), l.transpose());
-        let whole = Mat::from_fn(4, 4, |r, c| half[(r, c)] + half[(c, r)]);
-        for (entry, value) in parameters_of(&whole).into_iter().enumerate() {
-            jacobian[(entry, k)] = value;
+/// ∂ψ/∂(coordinates) of bodies, each by its own: dP = dL Lᵀ + L dLᵀ.
+fn jacobian(at: &[f64]) -> Mat<f64> {
+    let mut jacobian = Mat::zeros(at.len(), at.len());
+    for (body, of_body) in at.chunks_exact(N_PARAMETERS).enumerate() {
+        let (l, first) = (factor_of(of_body), N_PARAMETERS * body);
+        for (k, (row, col)) in TRIANGLE.into_iter().enumerate() {
+            let mut change = Mat::zeros(4, 4);
+            change[(row, col)] = 1.0;
+            let half = product(change.as_ref(), l.transpose());
+            let whole = Mat::from_fn(4, 4, |r, c| half[(r, c)] + half[(c, r)]);
+            for (entry, value) in parameters_of(&whole).into_iter().enumerate() {
+                jacobian[(first + entry, first + k)] = value;
+            }
         }
     }
     jacobian
@@ -240,6 +300,54 @@ mod tests {
                 let gain = 1.0 - square(&between) / square(&nearest);
                 assert!(gain < 1e-5, "{gain}");
             }
+        }
+    }
+
+    /// Two bodies whose masses only their sum tells: what one lacks, the other gives.
+    #[test]
+    fn bodies_share_what_is_known_of_both() {
+        let mut pair = [BODY, BODY].concat();
+        (pair[0], pair[10]) = (-0.5, 4.5);
+        let covariance = Mat::from_fn(20, 20, |row, col| match (row == col, row % 10, col % 10) {
+            (true, 0, 0) => 1.0 + 1e-8,
+            (false, 0, 0) => -1.0,
+            (true, ..) => 1.0,
+            _ => 0.0,
+        });
+        let metric = Factor::new(covariance.clone()).unwrap();
+        let (nearest, impossible) = nearest_bodies(&pair, covariance).unwrap();
+        assert_eq!(impossible, [0]);
+        let distance = |bodies: &[f64]| {
+            let mut error = Mat::from_fn(20, 1, |k, _| bodies[k] - pair[k]);
+            metric.half_solve_in_place(error.as_mut());
+            error.squared_norm_l2()
+        };
+        // Bodies are a convex set: where none is nearer on the way to any other, none is.
+        let least = distance(&nearest);
+        for number in 0..200_u32 {
+            let other = |k: u32| (f64::from(number * 7919 + k * 104_729) * 0.618).fract() - 0.5;
+            let other: Vec<f64> = (0..20).map(other).collect();
+            let other = other.chunks_exact(N_PARAMETERS).flat_map(body_of);
+            for size in [1e-6, 1e-4, 1e-2] {
+                let between = nearest.iter().zip(other.clone());
+                let between: Vec<f64> = between.map(|(a, b)| a + size * (b - a)).collect();
+                let gain = 1.0 - distance(&between) / least;
+                assert!(gain < 1e-5, "{number}, {size}: {gain}");
+            }
+        }
+        assert!(nearest[0] > 0.0, "{nearest:?}");
+        // A deviation of 1e-4 of the sum is as far as one of the difference by a kilogram.
+        assert!((nearest[0] + nearest[10] - 4.0).abs() < 1e-4, "{nearest:?}");
+        for body in nearest.chunks_exact(N_PARAMETERS) {
+            let eigen = symmetric_eigen(pseudo_inertia(body).as_ref()).unwrap();
+            assert!(eigen.values[0] >= 0.0, "{:?}", eigen.values);
+        }
+        let alone = nearest_body(&std::array::from_fn(|k| pair[k]), unit()).unwrap();
+        let apart = Mat::identity(20, 20);
+        let (nearest, _) = nearest_bodies(&pair, apart).unwrap();
+        for (a, b) in nearest.iter().zip(alone.0.iter().chain(&pair[10..])) {
+            // Two searches that end where the distance has fifteen digits.
+            assert!((a - b).abs() < 1e-5, "{nearest:?}, {alone:?}");
         }
     }
 

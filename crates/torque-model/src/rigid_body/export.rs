@@ -10,7 +10,7 @@ use puma_dyn::robot::{
 use puma_dyn::{Friction, Sidecar};
 
 use crate::error::TorqueError;
-use crate::rigid_body::consistency::nearest_body;
+use crate::rigid_body::consistency::{nearest_bodies, nearest_body};
 use crate::rigid_body::posterior::ParameterPosterior;
 use crate::robot_source::RobotSource;
 
@@ -21,6 +21,9 @@ pub struct IdentifiedRobot {
     pub urdf: String,
     /// The sidecar with rotors and the rest of the friction.
     pub sidecar: String,
+    /// Joints that move what was not learned to be a body, by their numbers; if there is one, the URDF has the nearest
+    /// bodies of all joints: [`nearest_bodies`].
+    pub projected: Vec<usize>,
     /// What neither of them can say.
     pub notes: Vec<String>,
 }
@@ -41,10 +44,10 @@ pub struct IdentifiedLoad {
 impl ParameterPosterior {
     /// The robot without a load as identified, in the texts that described it.
     ///
-    /// The torques of the URDF's bodies are Y π̂.
+    /// The torques of the URDF's bodies are Y π̂ where all of π̂ are those of bodies; else the bodies are the nearest by its
+    /// covariance: [`nearest_bodies`].
     /// # Errors
-    /// [`TorqueError::OtherKind`] for a robot that no URDF describes; [`TorqueError::Robot`] for a mass that is not
-    /// positive, with its link.
+    /// [`TorqueError::OtherKind`] for a robot that no URDF describes; numbers that overflow.
     pub fn to_robot(&self, source: &RobotSource) -> Result<IdentifiedRobot, TorqueError> {
         let Some(text) = &source.urdf else {
             return Err(TorqueError::OtherKind {
@@ -64,8 +67,10 @@ impl ParameterPosterior {
                 "gravity ({x}, {y}, {z}) m/s² is not part of a URDF"
             ));
         }
-        let parameters = self.body_parameters_with(None);
-        let bodies: Vec<[f64; N_PARAMETERS]> = (parameters.chunks_exact(N_PARAMETERS))
+        let of_bodies: Vec<usize> = self.unknowns().bodies().collect();
+        let learned = self.body_parameters_with(None);
+        let (nearest, projected) = nearest_bodies(&learned, self.covariance_of(&of_bodies))?;
+        let bodies: Vec<[f64; N_PARAMETERS]> = (nearest.chunks_exact(N_PARAMETERS))
             .map(|body| std::array::from_fn(|k| body[k]))
             .collect();
         let (mut joints, mut dynamics) = (BTreeMap::new(), Vec::new());
@@ -88,6 +93,7 @@ impl ParameterPosterior {
         Ok(IdentifiedRobot {
             urdf,
             sidecar: sidecar.to_toml()?,
+            projected,
             notes,
         })
     }

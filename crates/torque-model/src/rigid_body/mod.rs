@@ -34,7 +34,7 @@ mod unknowns;
 #[cfg(test)]
 mod golden;
 
-pub use consistency::nearest_body;
+pub use consistency::{nearest_bodies, nearest_body};
 pub use correlation::LEAST_SECONDS;
 pub(crate) use correlation::{RunRows, correlation, least_correlation, median};
 pub use evidence::LoadEvidence;
