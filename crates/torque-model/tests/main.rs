@@ -15,6 +15,8 @@ mod many_loads_file;
 mod model_file;
 mod multi_task_models;
 mod old_files;
+mod online_load;
+mod pick_up;
 mod predictor;
 mod rigid_body_file;
 mod rigid_body_models;
