@@ -103,7 +103,9 @@ fn ticks_give_the_evidence_and_the_load_of_all_rows_at_once() {
     for (terms, bare) in [(TermSet::Minimal, &["free"][..]), (TermSet::Tanh, &[])] {
         let (of_evidence, of_mean, of_std) = differences(terms, bare);
         // Evidences of a thousand nats by two algorithms, at a condition of 5e6.
-        let largest = of_evidence.iter().fold(0.0, |most: f64, of| most.max(of.abs()));
+        let largest = of_evidence
+            .iter()
+            .fold(0.0, |most: f64, of| most.max(of.abs()));
         assert!(largest < 1e-9, "{terms:?}: {of_evidence:?}");
         assert!(of_mean < 1e-9 && of_std < 1e-9, "{of_mean} {of_std}");
     }
@@ -114,7 +116,10 @@ fn friction_of_the_load_is_linear_in_it() {
     // The batch takes friction from the load found at last, ticks from its derivative: the same to a tenth of an
     // error bar. A, B and the unknown load, of which B is in the hand.
     let (of_evidence, of_mean, of_std) = differences(TermSet::Full, &["free"]);
-    assert!(of_evidence[2].abs() < 0.2 && of_evidence[3].abs() < 0.2, "{of_evidence:?}");
+    assert!(
+        of_evidence[2].abs() < 0.2 && of_evidence[3].abs() < 0.2,
+        "{of_evidence:?}"
+    );
     assert!(of_mean < 0.1 && of_std < 0.1, "{of_mean} {of_std}");
 }
 
@@ -160,7 +165,11 @@ fn what_was_expected_is_what_the_predictor_says_of_a_known_load() {
         (predictor.predict_into(2, &mut scratch, x, &mut mean, &mut var)).unwrap();
         online.update(x, &mean, 0.05).unwrap();
     }
-    assert!(online.probabilities()[2] > 0.9, "{:?}", online.probabilities());
+    assert!(
+        online.probabilities()[2] > 0.9,
+        "{:?}",
+        online.probabilities()
+    );
     for (found, expected) in online.predicted().iter().zip(mean) {
         // Ten kilograms and metres: a ten thousandth of them.
         assert!((found - expected).abs() < 1e-3, "{found} {expected}");
@@ -193,7 +202,10 @@ fn numbers_that_cannot_be_are_refused_and_leave_no_trace() {
         ..OnlineSettings::default()
     };
     let error = model.online_load(settings).unwrap_err();
-    assert!(error.to_string().contains("forgetting, s, is -1"), "{error}");
+    assert!(
+        error.to_string().contains("forgetting, s, is -1"),
+        "{error}"
+    );
     let process = torque_models::all_kinds(60);
     let other = process.online_load(OnlineSettings::default()).unwrap_err();
     assert!(matches!(other, TorqueError::OtherKind { .. }));

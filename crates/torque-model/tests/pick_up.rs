@@ -9,9 +9,7 @@ use puma_dyn::puma560::N_JOINTS;
 use puma_dyn::{Payload, Scenario, Sidecar, Workspace};
 use torque_model::learn::SharedParameters;
 use torque_model::rigid_body::{FitSettings, OnlineLoad, OnlineSettings, TermSet};
-use torque_model::{
-    JointTorques, Provenance, Robot, RobotModel, RobotSource, Samples, Timeline,
-};
+use torque_model::{JointTorques, Provenance, Robot, RobotModel, RobotSource, Samples, Timeline};
 
 const FRICTION: &str = "
 [joint.joint1]
@@ -100,7 +98,15 @@ fn run(scenario: &Scenario, (path, speed): (&str, &str), loads: [&Context; 2], f
         let context = loads[usize::from(*t >= from)];
         let effects = scenario.effects();
         rnea_with_hysteresis(
-            model, &mut workspace, effects, context, &hysteresis, q, qd, qdd, &mut tau,
+            model,
+            &mut workspace,
+            effects,
+            context,
+            &hysteresis,
+            q,
+            qd,
+            qdd,
+            &mut tau,
         );
         run.t.push(*t);
         run.x.extend(q.iter().chain(qd).chain(qdd));
@@ -113,7 +119,9 @@ fn run(scenario: &Scenario, (path, speed): (&str, &str), loads: [&Context; 2], f
 fn noise_of(runs: &[Run]) -> TorqueNoise {
     let n: usize = runs.iter().map(|run| run.t.len()).sum();
     let rms = |joint: usize| {
-        let all = runs.iter().flat_map(|run| run.torques.iter().skip(joint).step_by(N_JOINTS));
+        let all = runs
+            .iter()
+            .flat_map(|run| run.torques.iter().skip(joint).step_by(N_JOINTS));
         (all.map(|tau| tau * tau).sum::<f64>() / n as f64).sqrt()
     };
     let std = (0..N_JOINTS).map(|joint| NOISE_PART * rms(joint)).collect();
@@ -138,7 +146,9 @@ fn learned(scenario: &Scenario, runs: &[Run], noise: &TorqueNoise, seed: u64) ->
         joint_names: scenario.model().joint_names().to_vec(),
         contexts: vec!["bare".to_owned(), "one".to_owned()],
         context_of,
-        x: Mat::from_fn(t.len(), 3 * N_JOINTS, |row, col| x[row * 3 * N_JOINTS + col]),
+        x: Mat::from_fn(t.len(), 3 * N_JOINTS, |row, col| {
+            x[row * 3 * N_JOINTS + col]
+        }),
         torques: (torques.into_iter().enumerate())
             .map(|(joint_idx, values)| JointTorques { joint_idx, values })
             .collect(),
@@ -178,7 +188,10 @@ fn picked_up(model: &RobotModel, run: &Run, measured: &[f64], from: f64) -> Outc
     let mut memory = model.hysteresis();
     let mut state = vec![0.0; model.n_covariates()];
     let mut outcome = Outcome::default();
-    let rows = run.x.chunks_exact(3 * N_JOINTS).zip(measured.chunks_exact(N_JOINTS));
+    let rows = run
+        .x
+        .chunks_exact(3 * N_JOINTS)
+        .zip(measured.chunks_exact(N_JOINTS));
     for ((x, torques), t) in rows.zip(&run.t) {
         if *t > 0.0 {
             memory.advance(&x[N_JOINTS..2 * N_JOINTS], STEP);
@@ -209,9 +222,7 @@ fn two_kilograms_are_named_within_half_a_second_and_weighed_within_two() {
     });
     let runs: Vec<Run> = RUNS
         .iter()
-        .map(|(load, path, speed)| {
-            run(&scenario, (path, speed), [&contexts[*load]; 2], 0.0)
-        })
+        .map(|(load, path, speed)| run(&scenario, (path, speed), [&contexts[*load]; 2], 0.0))
         .collect();
     let noise = noise_of(&runs);
     let (mut named, mut weighed) = (0, 0);
@@ -220,12 +231,18 @@ fn two_kilograms_are_named_within_half_a_second_and_weighed_within_two() {
         if draw == 0 {
             let online = model.online_load(OnlineSettings::default()).unwrap();
             println!("{} directions", online.n_directions());
-            for j in model.rigid_body().unwrap().parts().joints.iter().flatten() { println!("{:?}", j.noise); }
+            for j in model.rigid_body().unwrap().parts().joints.iter().flatten() {
+                println!("{:?}", j.noise);
+            }
         }
         // Paths that it was learned from at another speed, and one that it was not.
         let motion = [("p4", "s3"), ("p1", "s1"), ("p2", "s1"), ("p4", "s4")][draw as usize % 4];
         let from = [2.0, 1.0][draw as usize % 4 / 3] + 0.19 * draw as f64;
-        let from = if draw % 4 == 3 { 0.7 + 0.1 * draw as f64 } else { from };
+        let from = if draw % 4 == 3 {
+            0.7 + 0.1 * draw as f64
+        } else {
+            from
+        };
         let run = run(&scenario, motion, [&contexts[0], &contexts[2]], from);
         let mut measured = run.torques.clone();
         noise.add(draw, "pick-up", &run.t, &mut measured);
@@ -235,5 +252,8 @@ fn two_kilograms_are_named_within_half_a_second_and_weighed_within_two() {
         println!("{draw} {motion:?} {from:.2} {outcome:?}");
     }
     println!("{named} {weighed}");
-    assert!(named >= 18 && weighed >= 18, "{named} named, {weighed} weighed");
+    assert!(
+        named >= 18 && weighed >= 18,
+        "{named} named, {weighed} weighed"
+    );
 }

@@ -14,33 +14,34 @@ use puma_dyn::dynamics::N_PARAMETERS;
 use crate::error::TorqueError;
 use crate::ranges::TrainingRanges;
 use crate::rigid_body::low_rank::least_rank;
+use crate::rigid_body::online::lanes::{Lanes, N_LANES, ZEROS, plus_scaled};
+use crate::rigid_body::online::load_belief::WIDTH;
 use crate::rigid_body::online::load_factor::{Square, Ten};
 use crate::rigid_body::posterior::ParameterPosterior;
 use crate::rigid_body::prior::LOAD_STD;
 
 /// States whose rows say which directions torques show.
 const N_STATES: usize = 512;
-/// Entries of a row are padded to a multiple of these.
-const LANES: usize = 8;
 
 /// A load that the model knows, in units of a load's prior.
 #[derive(Debug, Clone)]
 pub(super) struct KnownLoad {
     /// μ
     pub mean: Ten,
-    /// C, row after row, (10, stride).
-    pub coupling: Vec<f64>,
+    /// C, direction after direction, (k, 16), zero behind the ten.
+    pub coupling: Vec<[f64; WIDTH]>,
     /// V
     pub covariance: Square,
+    /// C Cᵀ, zero behind the ten.
+    pub spread: [[f64; WIDTH]; N_PARAMETERS],
 }
 
 /// R, and the loads that depend on z.
 #[derive(Debug, Clone)]
 pub(super) struct ArmBasis {
     n_directions: usize,
-    stride: usize,
-    /// R, row after row, one for each unknown, (p, stride); zero behind the directions.
-    rows: Vec<f64>,
+    /// R, row after row, one for each unknown, (p, chunks); zero behind the directions.
+    rows: Vec<Lanes>,
     /// Of each context; `None` where nothing is carried.
     pub loads: Vec<Option<KnownLoad>>,
 }
@@ -71,21 +72,20 @@ impl ArmBasis {
 
         let kept = directions.subcols(0, n_directions);
         let r = product(lt.transpose(), kept);
-        let stride = n_directions.next_multiple_of(LANES);
-        let mut rows = vec![0.0; of_arm.end * stride];
+        let n_chunks = n_directions.div_ceil(N_LANES);
+        let mut rows = vec![ZEROS; of_arm.end * n_chunks];
         for (row, unknown) in used.iter().enumerate() {
-            for (entry, value) in rows[unknown * stride..].iter_mut().zip(r.row(row).iter()) {
-                *entry = *value;
+            for (col, value) in r.row(row).iter().enumerate() {
+                rows[unknown * n_chunks + col / N_LANES][col % N_LANES] = *value;
             }
         }
         let q = product(q.as_ref(), kept);
         let known = |context| {
             let load = posterior.load_of(context)?;
-            Some(KnownLoad::new(posterior, load, q.as_ref(), stride))
+            Some(KnownLoad::new(posterior, load, q.as_ref()))
         };
         Ok(Self {
             n_directions,
-            stride,
             rows,
             loads: (0..posterior.n_contexts()).map(known).collect(),
         })
@@ -96,35 +96,52 @@ impl ArmBasis {
         self.n_directions
     }
 
-    /// Entries of a row of R with its padding.
-    pub fn stride(&self) -> usize {
-        self.stride
+    /// Eights of entries that a row of R has.
+    pub fn n_chunks(&self) -> usize {
+        self.n_directions.div_ceil(N_LANES)
     }
 
-    /// The row of R of an unknown.
-    #[inline]
-    pub fn row(&self, unknown: usize) -> &[f64] {
-        &self.rows[unknown * self.stride..][..self.stride]
+    /// Σ_u f_u R_u, an eight of entries after another.
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    pub fn combine(&self, unknowns: &[usize], factors: &[f64], sums: &mut [Lanes]) {
+        let n_chunks = sums.len();
+        for (chunk, sum) in sums.iter_mut().enumerate() {
+            let mut lanes = ZEROS;
+            for (unknown, factor) in unknowns.iter().zip(factors) {
+                lanes = plus_scaled(lanes, &self.rows[unknown * n_chunks + chunk], *factor);
+            }
+            *sum = lanes;
+        }
     }
 }
 
 impl KnownLoad {
-    fn new(posterior: &ParameterPosterior, load: usize, q: MatRef<'_, f64>, stride: usize) -> Self {
+    fn new(posterior: &ParameterPosterior, load: usize, q: MatRef<'_, f64>) -> Self {
         let of_load: Vec<usize> = posterior.unknowns().load(load).collect();
         let root = posterior.root_of(&of_load); // T_ψ
         let c = product(root.transpose(), q); // (10, k)
         let rest = &root - product(q, c.transpose());
         let v = product(rest.transpose(), rest.as_ref());
-        let mut coupling = vec![0.0; N_PARAMETERS * stride];
-        for (row, of_row) in coupling.chunks_exact_mut(stride).enumerate() {
-            for (entry, value) in of_row.iter_mut().zip(c.row(row).iter()) {
-                *entry = value / LOAD_STD[row];
+        let mut coupling = vec![[0.0; WIDTH]; c.ncols()];
+        for (direction, of_direction) in coupling.iter_mut().enumerate() {
+            for (row, std) in LOAD_STD.iter().enumerate() {
+                of_direction[row] = c[(row, direction)] / std;
             }
         }
         let mean = &posterior.mean()[posterior.unknowns().load(load)];
+        let mut spread = [[0.0; WIDTH]; N_PARAMETERS];
+        for direction in &coupling {
+            for (to, left) in spread.iter_mut().zip(direction) {
+                to.iter_mut()
+                    .zip(direction)
+                    .for_each(|(to, right)| *to += left * right);
+            }
+        }
         Self {
             mean: std::array::from_fn(|k| mean[k] / LOAD_STD[k]),
             coupling,
+            spread,
             covariance: std::array::from_fn(|row| {
                 std::array::from_fn(|col| v[(row, col)] / (LOAD_STD[row] * LOAD_STD[col]))
             }),
@@ -165,10 +182,12 @@ fn states(posterior: &ParameterPosterior, ranges: &TrainingRanges) -> Mat<f64> {
     let d = 3 * n_joints;
     let exponent = 1.0 / (d as f64 + 1.0);
     let phi = (0..64).fold(2.0, |phi: f64, _| (1.0 + phi).powf(exponent));
-    let steps: Vec<f64> = (0..d).scan(1.0, |step, _| {
-        *step /= phi;
-        Some(*step)
-    }).collect();
+    let steps: Vec<f64> = (0..d)
+        .scan(1.0, |step, _| {
+            *step /= phi;
+            Some(*step)
+        })
+        .collect();
     let n_covariates = posterior.unknowns().n_covariates();
     let mut x = Mat::zeros(N_STATES, n_covariates);
     for row in 0..N_STATES {

@@ -7,47 +7,55 @@
 //! ```
 //! s are the widths of a load's prior, so that one that is not known has u ~ N(0, 1): B = 1, m = 0, W = 1.
 
-use std::f64::consts::TAU;
-
 use puma_dyn::dynamics::N_PARAMETERS;
 
 use crate::rigid_body::online::load_factor::{LoadFactor, Square, Ten, inner};
 
-/// H and b of a load's ten numbers, and what the rows have apart from them.
+/// Entries of a row of residual and load columns, with zeros behind them.
+pub(super) const WIDTH: usize = 16;
+/// Those that are not zero.
+pub(super) const N_COLUMNS: usize = 1 + N_PARAMETERS;
+
+/// What rows that are independent of each other say of a load.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LoadInformation {
-    /// H; its lower triangle.
-    pub h: Square,
-    /// b.
-    pub b: Ten,
-    /// n log 2π + log|S| + q, halved, with a minus sign: log p(D | u = 0).
-    pub log_without: f64,
+    /// Inner products of residuals and load columns: q, b and H.
+    pub gram: [[f64; WIDTH]; N_COLUMNS],
+    /// n log 2π + log|S|
+    pub log_vars: f64,
 }
 
 impl LoadInformation {
     /// Of no row.
     pub const NONE: Self = Self {
-        h: [[0.0; N_PARAMETERS]; N_PARAMETERS],
-        b: [0.0; N_PARAMETERS],
-        log_without: 0.0,
+        gram: [[0.0; WIDTH]; N_COLUMNS],
+        log_vars: 0.0,
     };
-
-    /// Adds a row whose residual and load columns are independent of all others, with log of its variance.
-    pub fn add(&mut self, residual: f64, columns: &Ten, log_var: f64) {
-        for (row, of_row) in columns.iter().enumerate() {
-            self.b[row] += of_row * residual;
-            for (h, of_col) in self.h[row].iter_mut().zip(&columns[..=row]) {
-                *h += of_row * of_col;
-            }
-        }
-        self.log_without -= 0.5 * (residual * residual + log_var + TAU.ln());
-    }
 
     /// Every row counts `part` of what it did.
     pub fn forget(&mut self, part: f64) {
-        self.h.iter_mut().flatten().for_each(|value| *value *= part);
-        self.b.iter_mut().for_each(|value| *value *= part);
-        self.log_without *= part;
+        let entries = self.gram.as_flattened_mut().iter_mut();
+        entries.for_each(|value| *value *= part);
+        self.log_vars *= part;
+    }
+
+    /// log p(D | u = 0)
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    fn log_without(&self) -> f64 {
+        -0.5 * (self.log_vars + self.gram[0][0])
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    fn b(&self) -> Ten {
+        std::array::from_fn(|k| self.gram[0][1 + k])
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    fn h(&self) -> Square {
+        std::array::from_fn(|row| std::array::from_fn(|col| self.gram[1 + row][1 + col]))
     }
 }
 
@@ -75,31 +83,37 @@ pub(super) struct LoadBelief {
 
 impl LoadBelief {
     /// Nothing is carried.
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
     pub fn of_none(information: &LoadInformation) -> Self {
         Self {
-            log_evidence: information.log_without,
+            log_evidence: information.log_without(),
             mean: [0.0; N_PARAMETERS],
             precision: None,
         }
     }
 
     /// Of a load that is not known.
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
     pub fn of_unknown(information: &LoadInformation) -> Self {
-        let mut precision = information.h;
+        let mut precision = information.h();
         for (k, row) in precision.iter_mut().enumerate() {
             row[k] += 1.0;
         }
-        Self::solved(information, &precision, &information.b, 0.0)
+        Self::solved(information, &precision, &information.b(), 0.0)
     }
 
     /// Of a load with a prior.
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
     pub fn of_known(information: &LoadInformation, prior: &LoadPrior) -> Self {
         let Some(factor) = LoadFactor::new(&prior.covariance) else {
             return Self::impossible();
         };
         let map = factor.half_solve_matrix(&prior.map); // L⁻¹B
         let mean = factor.half_solve(&prior.mean); // L⁻¹m
-        let (mut precision, mut moment) = (information.h, information.b);
+        let (mut precision, mut moment) = (information.h(), information.b());
         for (of_row, mean) in map.iter().zip(&mean) {
             for (row, left) in of_row.iter().enumerate() {
                 moment[row] += left * mean;
@@ -113,13 +127,15 @@ impl LoadBelief {
     }
 
     /// The Gaussian integral of exp(vᵀu − ½ uᵀMu), (2π)^5 left out.
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
     fn solved(information: &LoadInformation, m: &Square, v: &Ten, known: f64) -> Self {
         let Some(factor) = LoadFactor::new(m) else {
             return Self::impossible();
         };
         let half = factor.half_solve(v);
         Self {
-            log_evidence: information.log_without + known + 0.5 * inner(&half, &half)
+            log_evidence: information.log_without() + known + 0.5 * inner(&half, &half)
                 - factor.log_det_root(),
             mean: factor.second_half_solve(&half),
             precision: Some(factor),
@@ -143,6 +159,8 @@ impl LoadBelief {
 }
 
 /// log of the mean of exponentials, of as many as there are.
+#[inline(always)]
+#[allow(clippy::inline_always, reason = "compiled once per instruction set")]
 pub(super) fn log_mean_exp(values: impl Iterator<Item = f64>) -> f64 {
     let (mut largest, mut sum, mut n) = (f64::NEG_INFINITY, 0.0, 0.0);
     for value in values {
@@ -159,6 +177,8 @@ pub(super) fn log_mean_exp(values: impl Iterator<Item = f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use crate::rigid_body::online::load_factor::unit;
 
@@ -166,9 +186,15 @@ mod tests {
     fn one_number_by_hand() {
         // y = 2u + ε, u ~ N(0, 1), y = 3: N(3; 0, 5), u ~ N(6/5, 1/5).
         let mut information = LoadInformation::NONE;
-        let mut columns = [0.0; N_PARAMETERS];
-        columns[3] = 2.0;
-        information.add(3.0, &columns, 0.0);
+        let row = {
+            let mut row = [0.0; N_COLUMNS];
+            (row[0], row[4]) = (3.0, 2.0);
+            row
+        };
+        for (to, a) in information.gram.iter_mut().zip(row) {
+            to.iter_mut().zip(row).for_each(|(to, b)| *to = a * b);
+        }
+        information.log_vars = TAU.ln();
         let expected = -0.5 * (9.0 / 5.0 + 5.0_f64.ln() + TAU.ln());
         let unknown = LoadBelief::of_unknown(&information);
         let standard = LoadPrior {
@@ -191,7 +217,10 @@ mod tests {
     #[test]
     fn a_mean_of_exponentials_does_not_overflow() {
         let value = log_mean_exp([-1000.0, 2000.0, 2000.0].into_iter());
-        assert!((value - 2000.0 - (2.0_f64 / 3.0).ln()).abs() < 1e-12, "{value}");
+        assert!(
+            (value - 2000.0 - (2.0_f64 / 3.0).ln()).abs() < 1e-12,
+            "{value}"
+        );
         assert!(log_mean_exp([0.0, 0.0].into_iter()).abs() < 1e-15);
     }
 }

@@ -13,6 +13,8 @@ pub(super) fn unit() -> Square {
 }
 
 /// Σ a b
+#[inline(always)]
+#[allow(clippy::inline_always, reason = "compiled once per instruction set")]
 pub(super) fn inner(a: &Ten, b: &Ten) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
@@ -26,6 +28,8 @@ pub(super) struct LoadFactor {
 
 impl LoadFactor {
     /// Of the lower triangle of A; `None` where A is not positive definite.
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
     pub fn new(a: &Square) -> Option<Self> {
         let mut l = [[0.0; N_PARAMETERS]; N_PARAMETERS];
         let mut inverse_diagonal = [0.0; N_PARAMETERS];
@@ -49,12 +53,16 @@ impl LoadFactor {
     }
 
     /// log|L|
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
     pub fn log_det_root(&self) -> f64 {
         let product: f64 = self.inverse_diagonal.iter().map(|value| value.ln()).sum();
         -product
     }
 
     /// L⁻¹b
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
     pub fn half_solve(&self, b: &Ten) -> Ten {
         let mut solved = *b;
         for row in 0..N_PARAMETERS {
@@ -65,6 +73,8 @@ impl LoadFactor {
     }
 
     /// L⁻ᵀb
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
     pub fn second_half_solve(&self, b: &Ten) -> Ten {
         let mut solved = *b;
         for row in (0..N_PARAMETERS).rev() {
@@ -77,13 +87,18 @@ impl LoadFactor {
     }
 
     /// L⁻¹B
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
     pub fn half_solve_matrix(&self, b: &Square) -> Square {
         let mut solved = *b;
         for row in 0..N_PARAMETERS {
             let (above, rest) = solved.split_at_mut(row);
             for (k, of_k) in above.iter().enumerate() {
                 let l = self.l[row][k];
-                rest[0].iter_mut().zip(of_k).for_each(|(to, b)| *to -= l * b);
+                rest[0]
+                    .iter_mut()
+                    .zip(of_k)
+                    .for_each(|(to, b)| *to -= l * b);
             }
             let inverse = self.inverse_diagonal[row];
             rest[0].iter_mut().for_each(|value| *value *= inverse);

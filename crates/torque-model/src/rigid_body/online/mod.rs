@@ -12,9 +12,11 @@
 //! generalized likelihood ratio approach to the detection and estimation of jumps in linear systems", for changes.
 
 mod arm_basis;
+mod lanes;
 mod load_belief;
 mod load_factor;
 mod online_load;
+mod outer_products;
 mod settings;
 mod stretch;
 mod tick_rows;

@@ -5,10 +5,12 @@ use puma_dyn::dynamics::N_PARAMETERS;
 use crate::error::TorqueError;
 use crate::ranges::TrainingRanges;
 use crate::rigid_body::online::arm_basis::ArmBasis;
+use crate::rigid_body::online::lanes::{Lanes, ZEROS};
 use crate::rigid_body::online::load_belief::{LoadBelief, log_mean_exp};
 use crate::rigid_body::online::load_factor::Ten;
+use crate::rigid_body::online::outer_products::BLOCK;
 use crate::rigid_body::online::settings::OnlineSettings;
-use crate::rigid_body::online::stretch::{BLOCK, Stretch};
+use crate::rigid_body::online::stretch::Stretch;
 use crate::rigid_body::online::tick_rows::TickRows;
 use crate::rigid_body::posterior::ParameterPosterior;
 use crate::rigid_body::prior::LOAD_STD;
@@ -54,8 +56,8 @@ pub struct OnlineLoad {
     probabilities: Vec<f64>,
     /// The most probable load, in units of its prior.
     load: Ten,
-    /// z under it, (stride,).
-    arm: Vec<f64>,
+    /// z under it, (chunks,).
+    arm: Vec<Lanes>,
     predicted: Vec<f64>,
     /// Seconds since the beginning, of the present stretch's beginning, and of what was last forgotten.
     now: f64,
@@ -71,6 +73,7 @@ struct Younger {
     since: f64,
     /// Log evidence of the present stretch when it began.
     total: f64,
+    beliefs: Vec<LoadBelief>,
 }
 
 impl OnlineLoad {
@@ -88,19 +91,21 @@ impl OnlineLoad {
         }
         let basis = ArmBasis::new(posterior, ranges, settings.left_out)?;
         let stretch = Stretch::new(&basis);
+        let n_hypotheses = basis.loads.len() + 1;
+        let beliefs = vec![stretch.unknown(); n_hypotheses];
         let younger = Younger {
             stretch: stretch.clone(),
             since: 0.0,
             total: 0.0,
+            beliefs: beliefs.clone(),
         };
-        let n_hypotheses = basis.loads.len() + 1;
         Ok(Self {
             n_covariates: posterior.unknowns().n_covariates(),
-            rows: TickRows::new(posterior, basis.stride()),
-            beliefs: vec![stretch.unknown(); n_hypotheses],
+            rows: TickRows::new(posterior, basis.n_chunks()),
+            beliefs,
             probabilities: vec![1.0 / n_hypotheses as f64; n_hypotheses],
             load: [0.0; N_PARAMETERS],
-            arm: vec![0.0; basis.stride()],
+            arm: vec![ZEROS; basis.n_chunks()],
             predicted: vec![f64::NAN; posterior.unknowns().n_joints()],
             younger: [younger.clone(), younger],
             present: stretch,
@@ -160,17 +165,10 @@ impl OnlineLoad {
 
     /// Evidence of every hypothesis by the present stretch, probabilities, the most probable load.
     fn judge(&mut self) {
-        let unknown = self.basis.loads.len();
-        for (context, belief) in self.beliefs.iter_mut().enumerate() {
-            *belief = if context < unknown {
-                self.present.known(&self.basis, context)
-            } else {
-                self.present.unknown()
-            };
-        }
-        let total = self.log_evidence();
+        self.present.judge(&self.basis, &mut self.beliefs);
+        let total = log_evidence(&self.beliefs);
         let n = self.beliefs.len() as f64;
-        let mut best = unknown;
+        let mut best = self.basis.loads.len();
         for (idx, belief) in self.beliefs.iter().enumerate() {
             self.probabilities[idx] = (belief.log_evidence - total).exp() / n;
             if belief.log_evidence > self.beliefs[best].log_evidence {
@@ -182,11 +180,12 @@ impl OnlineLoad {
 
     /// Compares the younger stretch whose turn it is with the present one; it takes its place, or begins anew.
     fn compare(&mut self) {
-        let total = self.carried + self.log_evidence();
+        let total = self.carried + log_evidence(&self.beliefs);
         let (turn, window) = (self.turn, self.settings.windows[self.turn]);
         self.turn = 1 - turn;
         let younger = &mut self.younger[turn];
-        let gain = younger.stretch.log_evidence(&self.basis) - (total - younger.total);
+        younger.stretch.judge(&self.basis, &mut younger.beliefs);
+        let gain = log_evidence(&younger.beliefs) - (total - younger.total);
         if gain > self.settings.margin {
             std::mem::swap(&mut self.present, &mut younger.stretch);
             self.since = younger.since;
@@ -205,7 +204,7 @@ impl OnlineLoad {
         self.carried = 0.0;
         self.forgotten = self.now;
         self.judge();
-        let total = self.log_evidence();
+        let total = log_evidence(&self.beliefs);
         for younger in &mut self.younger {
             younger.begin(&self.basis, self.now, total);
         }
@@ -216,11 +215,12 @@ impl OnlineLoad {
         let Some(seconds) = self.settings.forgetting else {
             return;
         };
-        let before = self.log_evidence();
-        self.present.forget(((self.forgotten - self.now) / seconds).exp());
+        let before = log_evidence(&self.beliefs);
+        self.present
+            .forget(((self.forgotten - self.now) / seconds).exp());
         self.forgotten = self.now;
         self.judge();
-        self.carried += before - self.log_evidence();
+        self.carried += before - log_evidence(&self.beliefs);
     }
 
     /// Begins anew: whoever knows that the load is another one need not wait until torques show it.
@@ -231,11 +231,6 @@ impl OnlineLoad {
         self.since = self.now;
         self.n_changes += 1;
         self.settle();
-    }
-
-    /// Of the present stretch, all hypotheses equally probable beforehand.
-    fn log_evidence(&self) -> f64 {
-        log_mean_exp(self.beliefs.iter().map(|belief| belief.log_evidence))
     }
 
     /// Probabilities of each context, and behind them of a load that is none of them, (contexts + 1,).
@@ -291,13 +286,21 @@ impl Younger {
     }
 }
 
+/// Log evidence of all hypotheses together, equally probable beforehand.
+fn log_evidence(beliefs: &[LoadBelief]) -> f64 {
+    log_mean_exp(beliefs.iter().map(|belief| belief.log_evidence))
+}
+
 /// What is wrong with a tick's numbers, if anything.
 fn fault(x: &[f64], torques: &[f64], step: f64) -> Option<String> {
     if let Some(column) = x.iter().position(|value| !value.is_finite()) {
         return Some(format!("covariate {column} is {}", x[column]));
     }
     if let Some(joint) = torques.iter().position(|value| !value.is_finite()) {
-        return Some(format!("the torque of joint {joint} is {} N·m", torques[joint]));
+        return Some(format!(
+            "the torque of joint {joint} is {} N·m",
+            torques[joint]
+        ));
     }
     let is_step = step.is_finite() && step > 0.0;
     (!is_step).then(|| format!("a step of {step} s"))

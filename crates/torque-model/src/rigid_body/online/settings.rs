@@ -46,7 +46,9 @@ impl OnlineSettings {
             ("first window, s,", self.windows[0]),
             ("second window, s,", self.windows[1]),
         ];
-        let (what, value) = numbers.into_iter().find(|(_, value)| !is_positive(*value))?;
+        let (what, value) = numbers
+            .into_iter()
+            .find(|(_, value)| !is_positive(*value))?;
         Some(format!("{what} is {value}, not above 0"))
     }
 }

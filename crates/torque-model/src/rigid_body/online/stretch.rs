@@ -7,57 +7,57 @@
 //! Residuals r and load columns E of a tick go through the same filter: for a load u the arm's deviation has mean
 //! Z₀ − Z_E u and covariance P, which does not depend on u.
 
-use linalg::sums::dot_in_lanes;
+use std::f64::consts::TAU;
+
+use pulp::Simd;
 use puma_dyn::dynamics::N_PARAMETERS;
 
 use crate::rigid_body::online::arm_basis::{ArmBasis, KnownLoad};
-use crate::rigid_body::online::load_belief::{LoadBelief, LoadInformation, LoadPrior, log_mean_exp};
-use crate::rigid_body::online::load_factor::{Square, Ten, unit};
+use crate::rigid_body::online::lanes::{Lanes, N_LANES, ZEROS, plus_product, plus_scaled, total};
+use crate::rigid_body::online::load_belief::{
+    LoadBelief, LoadInformation, LoadPrior, N_COLUMNS, WIDTH,
+};
+use crate::rigid_body::online::load_factor::{Ten, unit};
+use crate::rigid_body::online::outer_products::{BLOCK, add_outer, combine};
 use crate::rigid_body::online::tick_rows::JointRow;
-
-/// Columns of Z: the residuals', and the load's.
-const N_COLUMNS: usize = 1 + N_PARAMETERS;
-/// Rows that are taken together.
-pub(super) const BLOCK: usize = 8;
-/// Entries of a column that are worked out side by side.
-const LANES: usize = 8;
 
 /// One stretch.
 #[derive(Debug, Clone)]
 pub(super) struct Stretch {
-    stride: usize,
-    /// P, column after column, (stride, k).
-    covariance: Vec<f64>,
-    /// Z, column after column, (stride, 11).
-    response: Vec<f64>,
+    /// P: eight rows after another, each column after column, (chunks, k).
+    covariance: Vec<Lanes>,
+    /// Z, direction after direction, (k, 16).
+    response: Vec<[f64; WIDTH]>,
     of_loads: Vec<Coupled>,
     information: LoadInformation,
-    /// Γ, column after column, (stride, 8).
-    gain: Vec<f64>,
+    /// Γ: eight rows after another, column after column, (chunks,).
+    gain: Vec<[Lanes; BLOCK]>,
+    /// Aᵀ, and then Γ, row after row, (8 chunks,).
+    entries: Vec<[f64; BLOCK]>,
 }
 
-/// C P Cᵀ and C Z of a known load.
+/// C P Cᵀ and C Z of a known load, zero behind their columns.
 #[derive(Debug, Clone)]
 struct Coupled {
-    spread: Square,
-    response: [[f64; N_COLUMNS]; N_PARAMETERS],
+    spread: [[f64; WIDTH]; N_PARAMETERS],
+    response: [[f64; WIDTH]; N_PARAMETERS],
 }
 
 impl Stretch {
     /// Without a row.
     pub fn new(basis: &ArmBasis) -> Self {
-        let stride = basis.stride();
+        let (k, n_chunks) = (basis.n_directions(), basis.n_chunks());
         let none = Coupled {
-            spread: [[0.0; N_PARAMETERS]; N_PARAMETERS],
-            response: [[0.0; N_COLUMNS]; N_PARAMETERS],
+            spread: [[0.0; WIDTH]; N_PARAMETERS],
+            response: [[0.0; WIDTH]; N_PARAMETERS],
         };
         let mut stretch = Self {
-            stride,
-            covariance: vec![0.0; stride * basis.n_directions()],
-            response: vec![0.0; stride * N_COLUMNS],
+            covariance: vec![ZEROS; n_chunks * k],
+            response: vec![[0.0; WIDTH]; k],
             of_loads: vec![none; basis.loads.len()],
             information: LoadInformation::NONE,
-            gain: vec![0.0; stride * BLOCK],
+            gain: vec![[ZEROS; BLOCK]; n_chunks],
+            entries: vec![[0.0; BLOCK]; n_chunks * N_LANES],
         };
         stretch.begin(basis);
         stretch
@@ -65,22 +65,17 @@ impl Stretch {
 
     /// Forgets all rows.
     pub fn begin(&mut self, basis: &ArmBasis) {
-        self.covariance.fill(0.0);
-        self.covariance
-            .iter_mut()
-            .step_by(self.stride + 1)
-            .for_each(|entry| *entry = 1.0);
-        self.response.fill(0.0);
+        let k = basis.n_directions();
+        self.covariance.fill(ZEROS);
+        for row in 0..k {
+            self.covariance[row / N_LANES * k + row][row % N_LANES] = 1.0;
+        }
+        self.response.fill([0.0; WIDTH]);
         self.information = LoadInformation::NONE;
         for (coupled, load) in self.of_loads.iter_mut().zip(&basis.loads) {
-            coupled.response = [[0.0; N_COLUMNS]; N_PARAMETERS];
             if let Some(load) = load {
-                let row = |k: usize| &load.coupling[k * self.stride..][..self.stride];
-                for (at, of_row) in coupled.spread.iter_mut().enumerate() {
-                    for (col, to) in of_row.iter_mut().enumerate() {
-                        *to = linalg::sums::dot(row(at), row(col));
-                    }
-                }
+                coupled.response = [[0.0; WIDTH]; N_PARAMETERS];
+                coupled.spread = load.spread;
             }
         }
     }
@@ -90,12 +85,11 @@ impl Stretch {
         self.information.forget(part);
     }
 
-    /// Mean of the arm's deviation z with a load, (stride,).
-    pub fn arm_into(&self, load: &Ten, z: &mut [f64]) {
-        let (of_residuals, of_load) = self.response.split_at(self.stride);
-        z.copy_from_slice(of_residuals);
-        for (column, u) in of_load.chunks_exact(self.stride).zip(load) {
-            z.iter_mut().zip(column).for_each(|(z, response)| *z -= u * response);
+    /// Mean of the arm's deviation z with a load, (chunks,).
+    pub fn arm_into(&self, load: &Ten, z: &mut [Lanes]) {
+        for (z, response) in z.as_flattened_mut().iter_mut().zip(&self.response) {
+            let of_load = linalg::sums::dot_in_sequence(&response[1..], load);
+            *z = response[0] - of_load;
         }
     }
 
@@ -115,112 +109,108 @@ impl Stretch {
     }
 
     fn take_block<const M: usize>(&mut self, basis: &ArmBasis, rows: [&JointRow; M]) {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let root = self.gains(&rows);
-                let whitened = self.whitened(&rows, &root);
-                self.learn(&whitened);
-                for (load, coupled) in basis.loads.iter().zip(&mut self.of_loads) {
-                    if let Some(load) = load {
-                        coupled.learn(load, &self.gain, &whitened);
-                    }
-                }
-                for (k, row) in whitened.iter().enumerate() {
-                    let columns: Ten = std::array::from_fn(|column| row[1 + column]);
-                    let log_var = rows[k].log_var + 2.0 * root[k][k].ln();
-                    self.information.add(row[0], &columns, log_var);
-                }
-            },
-        );
+        pulp::Arch::new().dispatch(Taking {
+            stretch: self,
+            basis,
+            rows,
+        });
     }
 
-    /// Leaves Γ in the scratch and gives L.
+    /// G, in the place of Γ; leaves Aᵀ in the entries.
     #[inline(always)]
     #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
-    fn gains<const M: usize>(&mut self, rows: &[&JointRow; M]) -> [[f64; M]; M] {
-        let stride = self.stride;
-        for first in (0..stride).step_by(LANES) {
-            let mut sums = [[0.0; LANES]; M];
-            for (col, column) in self.covariance.chunks_exact(stride).enumerate() {
-                let column = &column[first..first + LANES];
-                for (sums, row) in sums.iter_mut().zip(rows) {
-                    let entry = row.arm[col];
-                    for lane in 0..LANES {
-                        sums[lane] += column[lane] * entry;
-                    }
-                }
-            }
-            for (sums, gain) in sums.iter().zip(self.gain.chunks_exact_mut(stride)) {
-                gain[first..first + LANES].copy_from_slice(sums);
+    fn spread_rows<S: Simd, const M: usize>(&mut self, simd: S, rows: &[&JointRow; M]) {
+        for (row, of_row) in rows.iter().enumerate() {
+            let arm = of_row.arm.as_flattened();
+            for (entries, arm) in self.entries.iter_mut().zip(arm) {
+                entries[row] = *arm;
             }
         }
+        let k = self.response.len();
+        for (rows, gain) in self.covariance.chunks_exact(k).zip(&mut self.gain) {
+            gain[..M].copy_from_slice(&combine::<S, M, N_LANES>(simd, rows, &self.entries));
+        }
+    }
+
+    /// L
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    fn root<const M: usize>(&self, rows: &[&JointRow; M]) -> [[f64; M]; M] {
         let mut root = [[0.0; M]; M];
         for row in 0..M {
             for col in 0..=row {
-                let gain = &self.gain[col * stride..][..stride];
-                let unit = if row == col { 1.0 } else { 0.0 };
+                let mut sum = ZEROS;
+                for (gain, arm) in self.gain.iter().zip(&rows[row].arm) {
+                    sum = plus_product(sum, &gain[col], arm);
+                }
                 let known: f64 = (0..col).map(|k| root[row][k] * root[col][k]).sum();
-                let rest = unit + dot_in_lanes(&rows[row].arm, gain) - known;
-                root[row][col] = if row == col { rest.sqrt() } else { rest / root[col][col] };
+                let rest = total(&sum) - known;
+                root[row][col] = if row == col {
+                    (1.0 + rest).sqrt()
+                } else {
+                    rest / root[col][col]
+                };
             }
         }
         root
     }
 
-    /// X̃; turns the scratch into Γ = G L⁻ᵀ.
+    /// X̃
     #[inline(always)]
     #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
-    fn whitened<const M: usize>(
-        &mut self,
+    fn whitened<S: Simd, const M: usize>(
+        &self,
+        simd: S,
         rows: &[&JointRow; M],
         root: &[[f64; M]; M],
-    ) -> [[f64; N_COLUMNS]; M] {
-        let stride = self.stride;
-        let mut whitened = [[0.0; N_COLUMNS]; M];
+    ) -> [[f64; WIDTH]; M] {
+        let mut whitened = combine::<S, M, WIDTH>(simd, &self.response, &self.entries);
         for row in 0..M {
-            let (done, rest) = self.gain.split_at_mut(row * stride);
-            let gain = &mut rest[..stride];
-            let (before, of_row) = whitened.split_at_mut(row);
-            let of_row = &mut of_row[0];
-            for (col, response) in self.response.chunks_exact(stride).enumerate() {
-                of_row[col] = rows[row].datum(col) - dot_in_lanes(&rows[row].arm, response);
-            }
-            for (k, (gamma, solved)) in done.chunks_exact(stride).zip(before.iter()).enumerate() {
-                let l = root[row][k];
-                gain.iter_mut().zip(gamma).for_each(|(to, gamma)| *to -= l * gamma);
-                of_row.iter_mut().zip(solved).for_each(|(to, x)| *to -= l * x);
-            }
+            let (before, rest) = whitened.split_at_mut(row);
             let inverse = 1.0 / root[row][row];
-            gain.iter_mut().for_each(|value| *value *= inverse);
-            of_row.iter_mut().for_each(|value| *value *= inverse);
+            for col in 0..WIDTH {
+                let mut left = rows[row].data[col] - rest[0][col];
+                for (k, solved) in before.iter().enumerate() {
+                    left -= root[row][k] * solved[col];
+                }
+                rest[0][col] = left * inverse;
+            }
         }
         whitened
     }
 
-    /// Z and P after the rows.
+    /// Γ, in both of its places.
     #[inline(always)]
     #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
-    fn learn<const M: usize>(&mut self, whitened: &[[f64; N_COLUMNS]; M]) {
-        let stride = self.stride;
-        let gains: [&[f64]; M] = std::array::from_fn(|row| &self.gain[row * stride..][..stride]);
-        for (col, response) in self.response.chunks_exact_mut(stride).enumerate() {
-            for (gain, row) in gains.iter().zip(whitened) {
-                response.iter_mut().zip(*gain).for_each(|(to, gain)| *to += gain * row[col]);
-            }
-        }
-        for (col, column) in self.covariance.chunks_exact_mut(stride).enumerate() {
-            let entries: [f64; M] = std::array::from_fn(|row| gains[row][col]);
-            for first in (0..stride).step_by(LANES) {
-                let lanes = &mut column[first..first + LANES];
-                for (gain, entry) in gains.iter().zip(entries) {
-                    let gain = &gain[first..first + LANES];
-                    for lane in 0..LANES {
-                        lanes[lane] -= gain[lane] * entry;
-                    }
+    fn solve_gain<const M: usize>(&mut self, root: &[[f64; M]; M]) {
+        let eights = self.entries.as_chunks_mut::<N_LANES>().0;
+        for (gain, entries) in self.gain.iter_mut().zip(eights) {
+            for row in 0..M {
+                let mut lanes = gain[row];
+                for col in 0..row {
+                    lanes = plus_scaled(lanes, &gain[col], -root[row][col]);
+                }
+                let inverse = 1.0 / root[row][row];
+                gain[row] = lanes.map(|value| value * inverse);
+                for (entries, value) in entries.iter_mut().zip(gain[row]) {
+                    entries[row] = value;
                 }
             }
         }
+    }
+
+    /// Z, P, H and b after the rows.
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    fn learn<S: Simd, const M: usize>(&mut self, simd: S, whitened: &[[f64; WIDTH]; M]) {
+        add_outer(simd, &mut self.response, &self.entries, whitened, 1.0);
+        let k = self.response.len();
+        for (rows, gain) in self.covariance.chunks_exact_mut(k).zip(&self.gain) {
+            let gain: [Lanes; M] = std::array::from_fn(|row| gain[row]);
+            add_outer(simd, rows, &self.entries, &gain, -1.0);
+        }
+        let columns = transposed::<M, N_COLUMNS>(whitened);
+        add_outer(simd, &mut self.information.gram, &columns, whitened, 1.0);
     }
 
     /// What the rows say of a load that is not known.
@@ -228,50 +218,108 @@ impl Stretch {
         LoadBelief::of_unknown(&self.information)
     }
 
-    /// What they say of a context's.
-    pub fn known(&self, basis: &ArmBasis, context: usize) -> LoadBelief {
-        match &basis.loads[context] {
-            None => LoadBelief::of_none(&self.information),
-            Some(load) => {
-                let prior = self.of_loads[context].prior(load);
-                LoadBelief::of_known(&self.information, &prior)
-            }
+    /// What they say of each context's load, and behind them of one that is not known, (contexts + 1,).
+    pub fn judge(&self, basis: &ArmBasis, beliefs: &mut [LoadBelief]) {
+        pulp::Arch::new().dispatch(Judging {
+            stretch: self,
+            basis,
+            beliefs,
+        });
+    }
+}
+
+/// Hypotheses to be judged, compiled once per instruction set.
+struct Judging<'a> {
+    stretch: &'a Stretch,
+    basis: &'a ArmBasis,
+    beliefs: &'a mut [LoadBelief],
+}
+
+impl pulp::NullaryFnOnce for Judging<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    fn call(self) {
+        let Stretch {
+            information,
+            of_loads,
+            ..
+        } = self.stretch;
+        let loads = self.basis.loads.iter().zip(of_loads);
+        for ((load, coupled), belief) in loads.zip(self.beliefs.iter_mut()) {
+            *belief = match load {
+                None => LoadBelief::of_none(information),
+                Some(load) => LoadBelief::of_known(information, &coupled.prior(load)),
+            };
+        }
+        if let Some(belief) = self.beliefs.last_mut() {
+            *belief = LoadBelief::of_unknown(information);
         }
     }
+}
 
-    /// Log evidence of the rows, all loads and one that is not known equally probable beforehand.
-    pub fn log_evidence(&self, basis: &ArmBasis) -> f64 {
-        let known = (0..basis.loads.len()).map(|context| self.known(basis, context));
-        let all = known.chain(std::iter::once_with(|| self.unknown()));
-        log_mean_exp(all.map(|belief| belief.log_evidence))
+/// Rows to be taken, compiled once per instruction set.
+struct Taking<'a, const M: usize> {
+    stretch: &'a mut Stretch,
+    basis: &'a ArmBasis,
+    rows: [&'a JointRow; M],
+}
+
+impl<const M: usize> pulp::WithSimd for Taking<'_, M> {
+    type Output = ();
+
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            stretch,
+            basis,
+            rows,
+        } = self;
+        stretch.spread_rows(simd, &rows);
+        let root = stretch.root(&rows);
+        let whitened = stretch.whitened(simd, &rows, &root);
+        stretch.solve_gain(&root);
+        stretch.learn(simd, &whitened);
+        for (load, coupled) in basis.loads.iter().zip(&mut stretch.of_loads) {
+            if let Some(load) = load {
+                coupled.learn(simd, load, &stretch.entries, &whitened);
+            }
+        }
+        for (k, row) in rows.iter().enumerate() {
+            stretch.information.log_vars += row.log_var + 2.0 * root[k][k].ln() + TAU.ln();
+        }
     }
+}
+
+/// The first N columns of a few rows as rows.
+#[inline(always)]
+#[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+fn transposed<const M: usize, const N: usize>(rows: &[[f64; WIDTH]; M]) -> [[f64; BLOCK]; N] {
+    let mut columns = [[0.0; BLOCK]; N];
+    for (row, of_row) in rows.iter().enumerate() {
+        for (column, value) in columns.iter_mut().zip(of_row) {
+            column[row] = *value;
+        }
+    }
+    columns
 }
 
 impl Coupled {
     #[inline(always)]
     #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
-    fn learn<const M: usize>(
+    fn learn<S: Simd, const M: usize>(
         &mut self,
+        simd: S,
         load: &KnownLoad,
-        gain: &[f64],
-        whitened: &[[f64; N_COLUMNS]; M],
+        gain: &[[f64; BLOCK]],
+        whitened: &[[f64; WIDTH]; M],
     ) {
-        let stride = load.coupling.len() / N_PARAMETERS;
-        let mut seen = [[0.0; M]; N_PARAMETERS]; // C Γ
-        for (seen, coupling) in seen.iter_mut().zip(load.coupling.chunks_exact(stride)) {
-            for (seen, gain) in seen.iter_mut().zip(gain.chunks_exact(stride)) {
-                *seen = dot_in_lanes(coupling, gain);
-            }
-        }
-        for (row, of_row) in seen.iter().enumerate() {
-            for (to, of_col) in self.spread[row].iter_mut().zip(&seen) {
-                *to -= of_row.iter().zip(of_col).map(|(a, b)| a * b).sum::<f64>();
-            }
-            for (part, whitened) in of_row.iter().zip(whitened) {
-                let response = self.response[row].iter_mut();
-                response.zip(whitened).for_each(|(to, x)| *to += part * x);
-            }
-        }
+        let seen = combine::<S, M, WIDTH>(simd, &load.coupling, gain); // (C Γ)ᵀ
+        let columns = transposed::<M, N_PARAMETERS>(&seen);
+        add_outer(simd, &mut self.spread, &columns, &seen, -1.0);
+        add_outer(simd, &mut self.response, &columns, whitened, 1.0);
     }
 
     /// N(Bu; m, W).

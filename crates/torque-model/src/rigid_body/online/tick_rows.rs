@@ -8,7 +8,6 @@
 
 use std::sync::Arc;
 
-use linalg::sums::dot_in_lanes;
 use puma_dyn::dynamics::N_PARAMETERS;
 use puma_dyn::robot::{DriveState, FrictionTerm};
 use puma_dyn::{Model, Workspace, regressor};
@@ -16,6 +15,8 @@ use puma_dyn::{Model, Workspace, regressor};
 use crate::rigid_body::log::{FORGETTING_WAY, LONGEST_STEP, STANDING_SECONDS, STANDING_SPEED};
 use crate::rigid_body::noise::JointNoise;
 use crate::rigid_body::online::arm_basis::ArmBasis;
+use crate::rigid_body::online::lanes::{Lanes, ZEROS, dot};
+use crate::rigid_body::online::load_belief::WIDTH;
 use crate::rigid_body::online::load_factor::{Ten, inner};
 use crate::rigid_body::posterior::ParameterPosterior;
 use crate::rigid_body::prior::LOAD_STD;
@@ -23,27 +24,14 @@ use crate::rigid_body::prior::LOAD_STD;
 /// A joint's row at a tick, divided by its noise.
 #[derive(Debug, Clone)]
 pub(super) struct JointRow {
-    /// A, (stride,).
-    pub arm: Vec<f64>,
-    /// y − κYπ̂ − φᵀθ̂.
-    residual: f64,
-    /// κE.
-    columns: Ten,
+    /// A, (chunks,).
+    pub arm: Vec<Lanes>,
+    /// y − κYπ̂ − φᵀθ̂, κE, and zeros.
+    pub data: [f64; WIDTH],
     /// Of the noise, N²·m².
     pub log_var: f64,
     /// Whether it counts.
     pub counts: bool,
-}
-
-impl JointRow {
-    /// The residual, and then the load's columns.
-    #[inline]
-    pub fn datum(&self, column: usize) -> f64 {
-        match column.checked_sub(1) {
-            None => self.residual,
-            Some(of_load) => self.columns[of_load],
-        }
-    }
 }
 
 /// What a joint's row is made of.
@@ -52,8 +40,11 @@ struct Joint {
     joint_idx: usize,
     /// Columns of Y that the joint depends on.
     bodies: Vec<usize>,
-    /// Friction terms with θ̂, each with its unknown and the place of its hysteresis state.
-    terms: Vec<(FrictionTerm, f64, usize, Option<usize>)>,
+    /// Friction terms with θ̂, each with the place of its hysteresis state.
+    terms: Vec<(FrictionTerm, f64, Option<usize>)>,
+    /// The unknowns of bodies and terms, and what each multiplies in the row at hand.
+    unknowns: Vec<usize>,
+    factors: Vec<f64>,
     noise: JointNoise,
     /// Seconds since it last moved.
     still_for: f64,
@@ -81,16 +72,15 @@ pub(super) struct TickRows {
 }
 
 impl TickRows {
-    pub fn new(posterior: &ParameterPosterior, stride: usize) -> Self {
+    pub fn new(posterior: &ParameterPosterior, n_chunks: usize) -> Self {
         let parts = posterior.parts();
         let parameters = posterior.body_parameters_with(None);
         let joints: Vec<Joint> = (0..parts.joints.len())
             .filter_map(|joint| Joint::new(posterior, joint))
             .collect();
         let row = JointRow {
-            arm: vec![0.0; stride],
-            residual: 0.0,
-            columns: [0.0; N_PARAMETERS],
+            arm: vec![ZEROS; n_chunks],
+            data: [0.0; WIDTH],
             log_var: 0.0,
             counts: false,
         };
@@ -106,53 +96,74 @@ impl TickRows {
     }
 
     /// Makes the rows of a state, its torques and the time since the one before, with a load in units of its prior.
-    pub fn fill(&mut self, basis: &ArmBasis, (x, torques, step): (&[f64], &[f64], f64), load: &Ten) {
+    pub fn fill(
+        &mut self,
+        basis: &ArmBasis,
+        (x, torques, step): (&[f64], &[f64], f64),
+        load: &Ten,
+    ) {
         let n = self.robot.n_joints();
         let (q, rest) = x.split_at(n);
         let (qd, rest) = rest.split_at(n);
         let (qdd, z) = rest.split_at(n);
-        regressor(&self.robot, &mut self.workspace, q, qd, qdd, &mut self.matrix);
+        regressor(
+            &self.robot,
+            &mut self.workspace,
+            q,
+            qd,
+            qdd,
+            &mut self.matrix,
+        );
         let spacing = self.training_step.map_or(1.0, |training| step / training);
         let length = self.parameters.len();
         for (joint, row) in self.joints.iter_mut().zip(&mut self.rows) {
             let at = joint.joint_idx;
             row.counts = joint.moves(qd[at], step);
-            let state = JointState {
+            pulp::Arch::new().dispatch(Filling {
+                joint,
+                row,
+                basis,
+                parameters: &self.parameters,
                 y: &self.matrix[at * length..][..length],
-                qd: qd[at],
-                qdd: qdd[at],
                 z: (z, n),
+                drive: DriveState {
+                    qd: qd[at],
+                    qdd: qdd[at],
+                    z: 0.0,
+                    rigid: 1.0,
+                },
                 torque: torques[at],
                 spacing,
-            };
-            joint.fill(row, basis, &self.parameters, &state, load);
+                load,
+            });
         }
     }
 
     /// Torques with a load and the arm's deviation, N·m, by the joint.
-    pub fn predict_into(&self, load: &Ten, arm: &[f64], torques: &mut [f64]) {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for (joint, row) in self.joints.iter().zip(&self.rows) {
-                    let deviation = inner(&row.columns, load) + dot_in_lanes(&row.arm, arm);
-                    torques[joint.joint_idx] = joint.without_load + joint.std * deviation;
-                }
-            },
-        );
+    pub fn predict_into(&self, load: &Ten, arm: &[Lanes], torques: &mut [f64]) {
+        for (joint, row) in self.joints.iter().zip(&self.rows) {
+            let of_load = linalg::sums::dot_in_sequence(&row.data[1..], load);
+            let deviation = of_load + dot(&row.arm, arm);
+            torques[joint.joint_idx] = joint.without_load + joint.std * deviation;
+        }
     }
 }
 
-/// One joint of a state.
-struct JointState<'a> {
+/// A joint's row to be made, compiled once per instruction set.
+struct Filling<'a> {
+    joint: &'a mut Joint,
+    row: &'a mut JointRow,
+    basis: &'a ArmBasis,
+    parameters: &'a [f64],
     /// Its row of Y.
     y: &'a [f64],
-    qd: f64,
-    qdd: f64,
     /// Hysteresis states of all ℓ joints, length after length, and ℓ.
     z: (&'a [f64], usize),
+    /// q̇ and q̈; |τ^rb| = 1, so that terms of the load are what it is multiplied by.
+    drive: DriveState,
     torque: f64,
     spacing: f64,
+    load: &'a Ten,
 }
 
 impl Joint {
@@ -161,15 +172,17 @@ impl Joint {
         let learned = parts.joints[joint_idx].as_ref().filter(|of| of.is_seen)?;
         let terms = unknowns.terms().iter().zip(unknowns.friction(joint_idx));
         let kept = terms.filter(|(_, unknown)| parts.prior_std[*unknown] > 0.0);
+        let bodies = unknowns.bodies_of(joint_idx);
+        let of_terms = kept.clone().map(|(_, unknown)| unknown);
+        let own: Vec<usize> = bodies.iter().copied().chain(of_terms).collect();
         Some(Self {
             joint_idx,
-            bodies: unknowns.bodies_of(joint_idx).to_vec(),
+            bodies: bodies.to_vec(),
             terms: kept
-                .map(|(term, unknown)| {
-                    let coefficient = posterior.mean()[unknown];
-                    (*term, coefficient, unknown, unknowns.state_of(*term))
-                })
+                .map(|(term, unknown)| (*term, posterior.mean()[unknown], unknowns.state_of(*term)))
                 .collect(),
+            factors: vec![0.0; own.len()],
+            unknowns: own,
             noise: learned.noise,
             still_for: f64::INFINITY,
             way: 0.0,
@@ -190,61 +203,51 @@ impl Joint {
         let stands = self.still_for > STANDING_SECONDS || self.way < FORGETTING_WAY;
         step > LONGEST_STEP || !stands
     }
-
-    fn fill(
-        &mut self,
-        row: &mut JointRow,
-        basis: &ArmBasis,
-        parameters: &[f64],
-        state: &JointState<'_>,
-        load: &Ten,
-    ) {
-        let y = state.y;
-        let carrier = y.len() - N_PARAMETERS;
-        let arm: f64 = self.bodies.iter().map(|of| y[*of] * parameters[*of]).sum();
-        let mut columns: Ten = std::array::from_fn(|k| y[carrier + k] * LOAD_STD[k]);
-        let rigid = arm + inner(&columns, load);
-        self.std = self.noise.weighted_var_at(state.qd, state.spacing).sqrt();
-        let inverse = 1.0 / self.std;
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let (mut plain, mut slope) = (0.0, 0.0);
-                row.arm.fill(0.0);
-                for (term, coefficient, unknown, place) in &self.terms {
-                    let (z, n) = state.z;
-                    let drive = DriveState {
-                        qd: state.qd,
-                        qdd: state.qdd,
-                        z: place.map_or(0.0, |place| z[place * n + self.joint_idx]),
-                        rigid: 1.0,
-                    };
-                    let mut value = term.value(drive);
-                    if term.is_of_load() {
-                        slope += coefficient * value;
-                        value *= rigid.abs();
-                    } else {
-                        plain += coefficient * value;
-                    }
-                    add(&mut row.arm, value * inverse, basis.row(*unknown));
-                }
-                let kappa = 1.0 + kernels::sgn(rigid) * slope;
-                for body in &self.bodies {
-                    add(&mut row.arm, kappa * y[*body] * inverse, basis.row(*body));
-                }
-                self.without_load = kappa * arm + plain;
-                columns.iter_mut().for_each(|entry| *entry *= kappa * inverse);
-            },
-        );
-        row.columns = columns;
-        row.residual = (state.torque - self.without_load) * inverse;
-        row.log_var = 2.0 * self.std.ln();
-    }
 }
 
-/// to + factor × vector.
-#[inline(always)]
-#[allow(clippy::inline_always, reason = "compiled once per instruction set")]
-fn add(to: &mut [f64], factor: f64, vector: &[f64]) {
-    to.iter_mut().zip(vector).for_each(|(to, entry)| *to += factor * entry);
+impl pulp::NullaryFnOnce for Filling<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
+    fn call(self) {
+        let Self {
+            joint, row, basis, ..
+        } = self;
+        let (y, carrier) = (self.y, self.y.len() - N_PARAMETERS);
+        let bodies = joint.bodies.iter();
+        let arm: f64 = bodies.map(|of| y[*of] * self.parameters[*of]).sum();
+        let columns: Ten = std::array::from_fn(|k| y[carrier + k] * LOAD_STD[k]);
+        let rigid = arm + inner(&columns, self.load);
+        let var = joint.noise.weighted_var_at(self.drive.qd, self.spacing);
+        joint.std = var.sqrt();
+        let inverse = 1.0 / joint.std;
+
+        let (mut plain, mut slope) = (0.0, 0.0);
+        let (of_bodies, of_terms) = joint.factors.split_at_mut(joint.bodies.len());
+        for ((term, coefficient, place), factor) in joint.terms.iter().zip(of_terms) {
+            let (z, n) = self.z;
+            let z = place.map_or(0.0, |place| z[place * n + joint.joint_idx]);
+            let mut value = term.value(DriveState { z, ..self.drive });
+            if term.is_of_load() {
+                slope += coefficient * value;
+                value *= rigid.abs();
+            } else {
+                plain += coefficient * value;
+            }
+            *factor = value * inverse;
+        }
+        let kappa = 1.0 + kernels::sgn(rigid) * slope;
+        for (body, factor) in joint.bodies.iter().zip(of_bodies) {
+            *factor = kappa * y[*body] * inverse;
+        }
+        basis.combine(&joint.unknowns, &joint.factors, &mut row.arm);
+
+        joint.without_load = kappa * arm + plain;
+        row.data[0] = (self.torque - joint.without_load) * inverse;
+        for (to, entry) in row.data[1..].iter_mut().zip(columns) {
+            *to = kappa * inverse * entry;
+        }
+        row.log_var = var.ln();
+    }
 }
