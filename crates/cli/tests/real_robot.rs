@@ -119,7 +119,8 @@ fn what_is_exported_has_the_torques_that_are_predicted() {
 #[test]
 fn a_load_is_followed_row_after_row() {
     let folder = folder();
-    let command = format!("context --model arm.tgp --data {FIXTURES}/c_stretch.csv --online --json");
+    let command =
+        format!("context --model arm.tgp --data {FIXTURES}/c_stretch.csv --online --json");
     let all = json(&folder, &format!("{command} --output which.csv"));
     assert_eq!(all["answer"], "B");
     assert_eq!((&all["n_rows"], &all["changes"]), (&30.into(), &0.into()));
@@ -131,12 +132,19 @@ fn a_load_is_followed_row_after_row() {
     let total = known.map(number).sum::<f64>() + number(&last["unknown"]);
     assert!((total - 1.0).abs() < 1e-12, "{last}");
     // It has not been seen yet what is carried: as likely as a new load's prior says.
-    assert!((number(&rows[0]["mass_std"]) - 3.0).abs() < 1e-9, "{}", rows[0]);
+    assert!(
+        (number(&rows[0]["mass_std"]) - 3.0).abs() < 1e-9,
+        "{}",
+        rows[0]
+    );
     let parts = json(&folder, "inspect arm.tgp --json");
     let loads = parts["parameters"]["loads"].as_array().unwrap();
     let learned = loads.iter().find(|load| load["name"] == "B").unwrap();
     let (mass, std) = (number(&last["mass"]), number(&last["mass_std"]));
-    assert!((mass - number(&learned["values"][0])).abs() < 3.0 * std, "{mass} {std}");
+    assert!(
+        (mass - number(&learned["values"][0])).abs() < 3.0 * std,
+        "{mass} {std}"
+    );
     assert!(std < 0.5, "{std}");
     let written = column(&folder.read("which.csv"), "mass");
     assert!((written[29] - mass).abs() < f64::EPSILON * mass);

@@ -40,14 +40,24 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{}", header.join(","));
     for (row, torques) in torques.chunks_exact(2 * model.learned().len()).enumerate() {
         let numbers = torques.iter().map(|number| format!("{number:?}"));
-        let fields: Vec<String> = log.times.get(row).cloned().into_iter().chain(numbers).collect();
+        let fields: Vec<String> = log
+            .times
+            .get(row)
+            .cloned()
+            .into_iter()
+            .chain(numbers)
+            .collect();
         println!("{}", fields.join(","));
     }
     Ok(())
 }
 
 /// Mean and standard deviation of every learned joint at each state, or the row that has none, and why.
-fn torques(model: &RobotModel, context: usize, log: &Log) -> Result<Vec<f64>, (usize, TorqueError)> {
+fn torques(
+    model: &RobotModel,
+    context: usize,
+    log: &Log,
+) -> Result<Vec<f64>, (usize, TorqueError)> {
     // All that a loop needs is made before it: afterwards nothing is allocated.
     let predictor = model.predictor();
     let (mut scratch, mut memory) = (predictor.scratch(), model.hysteresis());
@@ -125,6 +135,10 @@ fn read_states(path: &str, joints: &[String], with_times: bool) -> Result<Log, B
         suffixes,
         states,
         times,
-        steps: seconds.iter().zip(before).map(|(t, before)| t - before).collect(),
+        steps: seconds
+            .iter()
+            .zip(before)
+            .map(|(t, before)| t - before)
+            .collect(),
     })
 }

@@ -195,6 +195,11 @@ fn numbers_that_cannot_be_are_refused_and_leave_no_trace() {
         "the torque of joint 1 is inf N·m"
     );
     assert_eq!(message(x, torques, 0.0), "a step of 0 s");
+    let overflow = online.update(&[1e200; 10], torques, 0.05).unwrap_err();
+    assert!(
+        matches!(overflow, TorqueError::NotFinite { .. }),
+        "{overflow}"
+    );
     assert_eq!(online.log_evidences().collect::<Vec<f64>>(), before);
 
     let settings = OnlineSettings {

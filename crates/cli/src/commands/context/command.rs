@@ -402,10 +402,12 @@ fn write_records(
     let (mut text, mut n_rows) = (Vec::new(), 0);
     {
         let mut writer = csv::Writer::from_writer(&mut text);
-        let written = std::iter::once(header).chain(records).try_for_each(|record| {
-            n_rows += 1;
-            writer.write_record(&record)
-        });
+        let written = std::iter::once(header)
+            .chain(records)
+            .try_for_each(|record| {
+                n_rows += 1;
+                writer.write_record(&record)
+            });
         let flushed = written.map_err(std::io::Error::other);
         flushed
             .and_then(|()| writer.flush())

@@ -80,19 +80,25 @@ impl Following {
         let mut torques = vec![0.0; samples.n_joints()];
         let (mut rows, mut last) = (Vec::new(), f64::NEG_INFINITY);
         for (row, (t, step)) in samples.timeline.t.iter().zip(steps).enumerate() {
-            x.iter_mut().zip(states.row(row).iter()).for_each(|(to, from)| *to = *from);
+            x.iter_mut()
+                .zip(states.row(row).iter())
+                .for_each(|(to, from)| *to = *from);
             for joint in &samples.torques {
                 torques[joint.joint_idx] = joint.values[row];
             }
             online.update(&x, &torques, *step)?;
             let is_last = row + 1 == steps.len();
-            if how.every.is_none_or(|every| t - last >= every * (1.0 - ROUNDING)) || is_last {
+            if how
+                .every
+                .is_none_or(|every| t - last >= every * (1.0 - ROUNDING))
+                || is_last
+            {
                 rows.push(OfRow::new(*t, &online));
                 last = *t;
             }
         }
         let contexts = model.rigid_body().map_or(Vec::new(), |of| names_of(of));
-        let most = rows.last().and_then(|row| row.most_probable());
+        let most = rows.last().and_then(OfRow::most_probable);
         Ok(Self {
             answer: most.map(|context| contexts[context].clone()),
             n_rows: steps.len(),
@@ -105,20 +111,26 @@ impl Following {
     /// For people: the first row shown after each change, and the last one.
     pub fn table(&self) -> String {
         let known = self.contexts.iter().map(|name| format!("p {name}"));
-        let header: Vec<String> = ["t", "load since"].map(str::to_owned).into_iter().chain(known)
+        let header: Vec<String> = ["t", "load since"]
+            .map(str::to_owned)
+            .into_iter()
+            .chain(known)
             .chain(["p unknown", "mass", "std"].map(str::to_owned))
             .collect();
         let header: Vec<&str> = header.iter().map(String::as_str).collect();
-        let changes = |idx: usize| idx.checked_sub(1).map_or(0, |before| self.rows[before].changes);
+        let changes = |idx: usize| {
+            idx.checked_sub(1)
+                .map_or(0, |before| self.rows[before].changes)
+        };
         let shown = self.rows.iter().enumerate();
-        let shown = shown.filter(|(idx, row)| {
-            row.changes > changes(*idx) || idx + 1 == self.rows.len()
-        });
+        let shown =
+            shown.filter(|(idx, row)| row.changes > changes(*idx) || idx + 1 == self.rows.len());
         let rows: Vec<Vec<String>> = shown
             .map(|(_, row)| {
                 let probabilities = row.probabilities.iter().chain([&row.unknown]);
-                (["t", "since"].iter().zip([row.t, row.since]))
-                    .map(|(_, seconds)| format!("{seconds:.2}"))
+                [row.t, row.since]
+                    .map(|seconds| format!("{seconds:.2}"))
+                    .into_iter()
                     .chain(probabilities.map(|p| format!("{p:.6}")))
                     .chain([row.mass, row.mass_std].map(|kg| format!("{kg:.3}")))
                     .collect()

@@ -56,8 +56,8 @@ impl ArmBasis {
     ) -> Result<Self, TorqueError> {
         let unknowns = posterior.unknowns();
         let prior_std = &posterior.parts().prior_std;
-        let of_arm = unknowns.bodies().end..unknowns.friction(unknowns.n_joints() - 1).end;
-        let used: Vec<usize> = (0..of_arm.end).filter(|k| prior_std[*k] > 0.0).collect();
+        let n_of_arm = unknowns.friction(unknowns.n_joints() - 1).end;
+        let used: Vec<usize> = (0..n_of_arm).filter(|k| prior_std[*k] > 0.0).collect();
         let qr = posterior.root_of(&used).qr(); // T = Q Lᵀ
         let (q, lt) = (qr.compute_thin_Q(), qr.thin_R());
 
@@ -73,7 +73,7 @@ impl ArmBasis {
         let kept = directions.subcols(0, n_directions);
         let r = product(lt.transpose(), kept);
         let n_chunks = n_directions.div_ceil(N_LANES);
-        let mut rows = vec![ZEROS; of_arm.end * n_chunks];
+        let mut rows = vec![ZEROS; n_of_arm * n_chunks];
         for (row, unknown) in used.iter().enumerate() {
             for (col, value) in r.row(row).iter().enumerate() {
                 rows[unknown * n_chunks + col / N_LANES][col % N_LANES] = *value;

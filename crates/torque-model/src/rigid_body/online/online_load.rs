@@ -127,7 +127,8 @@ impl OnlineLoad {
     /// `x` (3ℓ + ℓ for each length of hysteresis,), (q, q̇, q̈, z); `torques` (ℓ,), N·m, those of joints without a
     /// model of no account; `step` seconds since the state before, for the first one those that rows are apart.
     /// # Errors
-    /// [`TorqueError::Log`] for a number that is not finite, and a step that is not above zero.
+    /// [`TorqueError::Log`] for a number that is not finite, and a step that is not above zero;
+    /// [`TorqueError::NotFinite`] for a state so large that its torque overflows.
     /// # Panics
     /// On other lengths.
     pub fn update(&mut self, x: &[f64], torques: &[f64], step: f64) -> Result<(), TorqueError> {
@@ -136,8 +137,11 @@ impl OnlineLoad {
         if let Some(what) = fault(x, torques, step) {
             return Err(TorqueError::Log { what });
         }
-        self.now += step;
         self.rows.fill(&self.basis, (x, torques, step), &self.load);
+        if let Some(joint_idx) = self.rows.overflow() {
+            return Err(TorqueError::NotFinite { row: 0, joint_idx });
+        }
+        self.now += step;
         self.present.arm_into(&self.load, &mut self.arm);
         (self.rows).predict_into(&self.load, &self.arm, &mut self.predicted);
         self.take();

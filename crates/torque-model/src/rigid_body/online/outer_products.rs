@@ -77,6 +77,7 @@ mod tests {
         type Output = ([[f64; 16]; 2], [[f64; 16]; 2]);
 
         #[inline(always)]
+        #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
         fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
             let count = |from: f64| std::array::from_fn(|k| from + k as f64);
             let mut rows: [[f64; 16]; 2] = [count(1.0), count(0.0)];

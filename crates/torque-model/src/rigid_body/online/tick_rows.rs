@@ -139,6 +139,16 @@ impl TickRows {
         }
     }
 
+    /// The first joint whose row is so large that it overflows.
+    pub fn overflow(&self) -> Option<usize> {
+        let is_finite = |row: &JointRow| {
+            let squares = dot(&row.arm, &row.arm) + linalg::sums::dot(&row.data, &row.data);
+            (squares + row.log_var).is_finite()
+        };
+        let place = self.rows.iter().position(|row| !is_finite(row))?;
+        Some(self.joints[place].joint_idx)
+    }
+
     /// Torques with a load and the arm's deviation, N·m, by the joint.
     pub fn predict_into(&self, load: &Ten, arm: &[Lanes], torques: &mut [f64]) {
         for (joint, row) in self.joints.iter().zip(&self.rows) {
