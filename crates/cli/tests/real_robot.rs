@@ -149,6 +149,8 @@ fn a_load_is_followed_row_after_row() {
     let written = column(&folder.read("which.csv"), "mass");
     assert!((written[29] - mass).abs() < f64::EPSILON * mass);
 
+    assert!(number(&last["since"]).abs() < 1e-12, "{last}");
+
     let some = json(&folder, &format!("{command} --every 0.5"));
     let times: Vec<f64> = (some["rows"].as_array().unwrap().iter())
         .map(|row| number(&row["t"]))

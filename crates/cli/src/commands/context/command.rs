@@ -256,6 +256,10 @@ fn follow_load(
     file: &str,
 ) -> Result<(), CliError> {
     let (every, forgetting) = (args.every, args.forgetting);
+    if forgetting.is_some_and(|seconds| seconds <= 0.0) {
+        let reason = "--forgetting: seconds above zero are needed".to_owned();
+        return Err(CliError::Usage(reason));
+    }
     let following = Following::of(model, samples, file, How { every, forgetting })?;
     if let Some(path) = &args.output {
         write_records(path, following.header(), following.records())?;

@@ -35,7 +35,7 @@ struct OfRow {
     mass_std: f64,
     /// How often the load has changed.
     changes: usize,
-    /// When it did last, s.
+    /// When it did last, or the first row was, s.
     since: f64,
 }
 
@@ -93,7 +93,7 @@ impl Following {
                 .is_none_or(|every| t - last >= every * (1.0 - ROUNDING))
                 || is_last
             {
-                rows.push(OfRow::new(*t, &online));
+                rows.push(OfRow::new(*t, samples.timeline.t[0], &online));
                 last = *t;
             }
         }
@@ -166,7 +166,7 @@ impl Following {
 }
 
 impl OfRow {
-    fn new(t: f64, online: &OnlineLoad) -> Self {
+    fn new(t: f64, first: f64, online: &OnlineLoad) -> Self {
         let load = online.load();
         let (unknown, known) = (online.probabilities().split_last()).unwrap_or((&1.0, &[]));
         Self {
@@ -176,7 +176,7 @@ impl OfRow {
             mass: load.mean[0],
             mass_std: load.std[0],
             changes: online.n_changes(),
-            since: t - online.seconds_since_change(),
+            since: (t - online.seconds_since_change()).max(first),
         }
     }
 
