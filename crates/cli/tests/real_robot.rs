@@ -171,3 +171,53 @@ fn outputs_of_an_export_are_files_of_their_own() {
         "{said}"
     );
 }
+
+#[test]
+fn a_load_is_followed_row_after_row() {
+    let folder = folder();
+    let command =
+        format!("context --model arm.tgp --data {FIXTURES}/c_stretch.csv --online --json");
+    let all = json(&folder, &format!("{command} --output which.csv"));
+    assert_eq!(all["answer"], "B");
+    assert_eq!((&all["n_rows"], &all["changes"]), (&30.into(), &0.into()));
+    let rows = all["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 30);
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    let last = &rows[29];
+    let known = last["probabilities"].as_array().unwrap().iter();
+    let total = known.map(number).sum::<f64>() + number(&last["unknown"]);
+    assert!((total - 1.0).abs() < 1e-12, "{last}");
+    // It has not been seen yet what is carried: as likely as a new load's prior says.
+    assert!(
+        (number(&rows[0]["mass_std"]) - 3.0).abs() < 1e-9,
+        "{}",
+        rows[0]
+    );
+    let parts = json(&folder, "inspect arm.tgp --json");
+    let loads = parts["parameters"]["loads"].as_array().unwrap();
+    let learned = loads.iter().find(|load| load["name"] == "B").unwrap();
+    let (mass, std) = (number(&last["mass"]), number(&last["mass_std"]));
+    assert!(
+        (mass - number(&learned["values"][0])).abs() < 3.0 * std,
+        "{mass} {std}"
+    );
+    assert!(std < 0.5, "{std}");
+    let written = column(&folder.read("which.csv"), "mass");
+    assert!((written[29] - mass).abs() < f64::EPSILON * mass);
+
+    assert!(number(&last["since"]).abs() < 1e-12, "{last}");
+
+    let some = json(&folder, &format!("{command} --every 0.5"));
+    let times: Vec<f64> = (some["rows"].as_array().unwrap().iter())
+        .map(|row| number(&row["t"]))
+        .collect();
+    assert_eq!(times.len(), 4, "{times:?}");
+    folder.write(
+        "bare.csv",
+        "q_j1,q_j2,qd_j1,qd_j2,qdd_j1,qdd_j2,tau_j1,tau_j2\n0,0,0,0,0,0,1,1\n0,0,0,0,0,0,1,1\n",
+    );
+    let refused = folder.refusal("context --model arm.tgp --data bare.csv --online");
+    assert!(refused.contains("there is no column `t`"), "{refused}");
+    let refused = folder.refusal("context --model arm.tgp --data bare.csv --every 2");
+    assert!(refused.contains("--online"), "{refused}");
+}

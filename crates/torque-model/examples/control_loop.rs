@@ -4,12 +4,13 @@
 //! cargo run --release -p torque-model --example control_loop -- MODEL.tgp STATES.csv [--context NAME]
 //! ```
 //! The states have columns q1, …, qd1, …, qdd1, … or `q_<joint>`, …, in any order; the torques are
-//! those of `torque-gp predict`, to the bit.
+//! those of `torque-gp predict`, to the bit. A model whose friction remembers wants a column `t` as well, and the
+//! rows of one motion in their order.
 #![expect(clippy::print_stdout, reason = "the torques are the result")]
 
 use std::error::Error;
 
-use torque_model::RobotModel;
+use torque_model::{RobotModel, TorqueError};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -25,39 +26,73 @@ fn main() -> Result<(), Box<dyn Error>> {
         None if model.contexts().is_empty() => 0,
         None => return Err(format!("--context: one of {}", model.contexts().join(", ")).into()),
     };
-    let (names, states) = read_states(states_path, model.joint_names())?;
-    let learned = model.learned().iter().map(|(idx, _)| &names[*idx]);
-    let header: Vec<String> = learned
-        .map(|name| format!("tau{name},tau{name}_std"))
+    let remembers = model.n_covariates() > 3 * model.n_joints();
+    let log = read_states(states_path, model.joint_names(), remembers)?;
+    let learned = model.learned().iter().map(|(idx, _)| &log.suffixes[*idx]);
+    let of_joints = learned.map(|name| format!("tau{name},tau{name}_std"));
+    let header: Vec<String> = (remembers.then(|| "t".to_owned()).into_iter())
+        .chain(of_joints)
         .collect();
 
-    // All that a loop needs is made before it: afterwards nothing is allocated.
-    let predictor = model.predictor();
-    let mut scratch = predictor.scratch();
-    let n = predictor.n_learned();
-    let (mut mean, mut var) = (vec![0.0; n], vec![0.0; n]);
-    let mut torques = Vec::with_capacity(states.len() * 2 * n);
-    for (row, x) in states.iter().enumerate() {
-        (predictor.predict_into(context, &mut scratch, x, &mut mean, &mut var))
-            .map_err(|error| format!("{states_path}: row {}: {error}", row + 1))?;
-        for (mean, var) in mean.iter().zip(&var) {
-            torques.extend([*mean, var.sqrt()]);
-        }
-    }
+    let torques = torques(&model, context, &log)
+        .map_err(|(row, error)| format!("{states_path}: row {}: {error}", row + 1))?;
 
     println!("{}", header.join(","));
-    for row in torques.chunks_exact(2 * n) {
-        let numbers: Vec<String> = row.iter().map(|number| format!("{number:?}")).collect();
-        println!("{}", numbers.join(","));
+    for (row, torques) in torques.chunks_exact(2 * model.learned().len()).enumerate() {
+        let numbers = torques.iter().map(|number| format!("{number:?}"));
+        let fields: Vec<String> = log
+            .times
+            .get(row)
+            .cloned()
+            .into_iter()
+            .chain(numbers)
+            .collect();
+        println!("{}", fields.join(","));
     }
     Ok(())
 }
 
-/// Suffixes of the joints' columns, and states.
-type States = (Vec<String>, Vec<Vec<f64>>);
+/// Mean and standard deviation of every learned joint at each state, or the row that has none, and why.
+fn torques(
+    model: &RobotModel,
+    context: usize,
+    log: &Log,
+) -> Result<Vec<f64>, (usize, TorqueError)> {
+    // All that a loop needs is made before it: afterwards nothing is allocated.
+    let predictor = model.predictor();
+    let (mut scratch, mut memory) = (predictor.scratch(), model.hysteresis());
+    let (n, n_joints) = (predictor.n_learned(), model.n_joints());
+    let (mut mean, mut var) = (vec![0.0; n], vec![0.0; n]);
+    let mut x = vec![0.0; predictor.n_covariates()];
+    let mut torques = Vec::with_capacity(log.states.len() * 2 * n);
+    for (row, state) in log.states.iter().enumerate() {
+        if let Some(step) = log.steps.get(row) {
+            memory.advance(&state[n_joints..2 * n_joints], *step);
+        }
+        x[..3 * n_joints].copy_from_slice(state);
+        x[3 * n_joints..].copy_from_slice(memory.states());
+        (predictor.predict_into(context, &mut scratch, &x, &mut mean, &mut var))
+            .map_err(|error| (row, error))?;
+        for (mean, var) in mean.iter().zip(&var) {
+            torques.extend([*mean, var.sqrt()]);
+        }
+    }
+    Ok(torques)
+}
 
-/// What follows `q` and `tau` in the names of each joint's columns, and the states, (q, qd, qdd) each.
-fn read_states(path: &str, joints: &[String]) -> Result<States, Box<dyn Error>> {
+/// What a file of states holds.
+struct Log {
+    /// What follows `q` and `tau` in the names of each joint's columns.
+    suffixes: Vec<String>,
+    /// (q, qd, qdd) each.
+    states: Vec<Vec<f64>>,
+    /// Times as they are written, and the seconds since the row before, of a model with memory.
+    times: Vec<String>,
+    steps: Vec<f64>,
+}
+
+/// The states in a file, with their times where friction remembers.
+fn read_states(path: &str, joints: &[String], with_times: bool) -> Result<Log, Box<dyn Error>> {
     let mut file = csv::Reader::from_path(path).map_err(|error| format!("{path}: {error}"))?;
     let header = file.headers()?.clone();
     let position = |name: &str| header.iter().position(|column| column == name);
@@ -74,7 +109,11 @@ fn read_states(path: &str, joints: &[String]) -> Result<States, Box<dyn Error>> 
             columns.push(found);
         }
     }
-    let mut states = Vec::new();
+    let time = position("t").filter(|_| with_times);
+    if with_times && time.is_none() {
+        return Err(format!("{path}: no column `t`, which friction that remembers needs").into());
+    }
+    let (mut states, mut times, mut seconds) = (Vec::new(), Vec::new(), Vec::new());
     for (row, record) in file.records().enumerate() {
         let record = record.map_err(|error| format!("{path}: {error}"))?;
         let number = |&column: &usize| -> Result<f64, String> {
@@ -86,6 +125,20 @@ fn read_states(path: &str, joints: &[String]) -> Result<States, Box<dyn Error>> 
             })
         };
         states.push(columns.iter().map(number).collect::<Result<_, _>>()?);
+        if let Some(time) = &time {
+            times.push(record[*time].to_owned());
+            seconds.push(number(time)?);
+        }
     }
-    Ok((suffixes, states))
+    let before = seconds.first().into_iter().chain(&seconds);
+    Ok(Log {
+        suffixes,
+        states,
+        times,
+        steps: seconds
+            .iter()
+            .zip(before)
+            .map(|(t, before)| t - before)
+            .collect(),
+    })
 }

@@ -18,7 +18,7 @@ use crate::predictor::Predictor;
 use crate::process::TaskProcess;
 use crate::provenance::Provenance;
 use crate::ranges::TrainingRanges;
-use crate::rigid_body::{ParameterPosterior, states_with_memory};
+use crate::rigid_body::{OnlineLoad, OnlineSettings, ParameterPosterior, states_with_memory};
 use crate::rows::require_finite;
 use crate::samples::Samples;
 
@@ -139,6 +139,20 @@ impl RobotModel {
             Some(posterior) => states_with_memory(samples, posterior.unknowns()),
             None => Ok(Cow::Borrowed(&samples.x)),
         }
+    }
+
+    /// Follows which load the arm carries, and weighs it, in a control loop.
+    ///
+    /// # Errors
+    /// [`TorqueError::OtherKind`] for a model that did not learn a robot's parameters for all joints together; what
+    /// [`OnlineLoad::new`] refuses.
+    pub fn online_load(&self, settings: OnlineSettings) -> Result<OnlineLoad, TorqueError> {
+        let Some(posterior) = self.rigid_body() else {
+            return Err(TorqueError::OtherKind {
+                what: "a load is weighed by a model of a robot's parameters (rbd)".to_owned(),
+            });
+        };
+        OnlineLoad::new(posterior, self.ranges(), settings)
     }
 
     /// Names of the contexts; none for a model of one.

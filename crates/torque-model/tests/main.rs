@@ -20,6 +20,8 @@ mod model_file;
 mod multi_task_models;
 mod new_load;
 mod old_files;
+mod online_load;
+mod pick_up;
 mod predictor;
 mod rigid_body_file;
 mod rigid_body_models;

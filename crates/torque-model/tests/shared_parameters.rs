@@ -8,7 +8,7 @@ use torque_model::{
     RobotSource, Samples, Timeline, adapt,
 };
 
-const FOLDER: &str = concat!(
+pub const FOLDER: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../../fixtures/torque-model/real_robot"
 );

@@ -11,13 +11,13 @@ use crate::samples::Samples;
 use crate::timeline::{HysteresisColumns, is_same_length};
 
 /// Speed below which a joint stands, rad/s.
-const STANDING_SPEED: f64 = 0.01;
+pub(crate) const STANDING_SPEED: f64 = 0.01;
 /// Time before and after a row in which a standing joint stands, s.
-const STANDING_SECONDS: f64 = 0.5;
+pub(crate) const STANDING_SECONDS: f64 = 0.5;
 /// Way after which the hysteresis of a run's start is forgotten, rad: three times the longest length.
-const FORGETTING_WAY: f64 = 0.006;
+pub(crate) const FORGETTING_WAY: f64 = 0.006;
 /// Longest step at which the rule of standing rows tells something, s.
-const LONGEST_STEP: f64 = 0.05;
+pub(crate) const LONGEST_STEP: f64 = 0.05;
 /// Part by which the steps of a log's runs may differ.
 const STEP_TOLERANCE: f64 = 0.1;
 

@@ -88,7 +88,7 @@ impl ParameterPosterior {
         let vectors = eigen.vectors.as_ref().reverse_cols();
         let directions = product(l.as_ref(), vectors).transpose().to_owned();
         let squares = product(al.as_ref(), vectors);
-        let k = least_rank(&squares, &noise);
+        let k = least_rank(&squares, &noise, LEFT_OUT);
         Ok(LowRank {
             unknowns: used,
             directions: directions.subrows(0, k).to_owned(),
@@ -96,8 +96,8 @@ impl ParameterPosterior {
     }
 }
 
-/// Least number of columns whose squares leave out at most a hundredth of the variance in every row.
-fn least_rank(roots: &Mat<f64>, noise: &[f64]) -> usize {
+/// Least number of columns whose squares leave out at most a part of the variance in every row.
+pub(crate) fn least_rank(roots: &Mat<f64>, noise: &[f64], left_out: f64) -> usize {
     let mut rest: Vec<f64> = (0..roots.nrows())
         .map(|row| roots.row(row).squared_norm_l2())
         .collect();
@@ -113,7 +113,7 @@ fn least_rank(roots: &Mat<f64>, noise: &[f64]) -> usize {
         if rest
             .iter()
             .zip(&total)
-            .all(|(rest, total)| rest / total <= LEFT_OUT)
+            .all(|(rest, total)| rest / total <= left_out)
         {
             return k + 1;
         }

@@ -14,6 +14,7 @@ use torque_model::{RobotModel, Samples, TorqueError};
 use crate::commands::context::evidence::evidence_of;
 use crate::commands::context::held_out::Trials;
 use crate::commands::context::loads::Loads;
+use crate::commands::context::online::{Following, How};
 use crate::context::columns_error;
 use crate::context_prior::PriorArg;
 use crate::error::CliError;
@@ -40,6 +41,8 @@ use crate::text_table;
 /// --level; a model's own variance is often too small where it has no samples, and then it says so too soon.
 /// Of a model of a robot's parameters (rbd), all rows are one stretch, with the evidence of each known load and of one
 /// that is not known; the answer is the most probable of these.
+/// With --online they are rows of a loop: a load that is picked up or put down is noticed, and weighed with an error
+/// bar that shrinks with every row, without knowing it beforehand.
 /// With --held-out, p-values are ranks among trials of known contexts instead: then it says so no more often than
 /// --level of the time, if motions and rows are like theirs.
 #[derive(clap::Args, Debug)]
@@ -90,7 +93,21 @@ pub struct Args {
     #[arg(long, value_name = "ROWS", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
     rows: u32,
 
-    /// Probabilities row after row, p_<context> beside the most probable one; `-` is standard output
+    /// Follow the load row after row, of a model of a robot's parameters (rbd): probabilities, mass and its standard
+    /// deviation, changes; needs a column `t`
+    #[arg(long)]
+    online: bool,
+
+    /// Seconds between the rows that are shown of --online [default: every row]
+    #[arg(long, value_name = "SECONDS", value_parser = not_negative, requires = "online")]
+    every: Option<f64>,
+
+    /// Seconds after which a row tells e times less of a load of --online [default: 10]
+    #[arg(long, value_name = "SECONDS", value_parser = not_negative, requires = "online")]
+    forgetting: Option<f64>,
+
+    /// Probabilities row after row, p_<context> beside the most probable one; of --online t, p_<context>, p_unknown,
+    /// mass, mass_std (kg), changes, and since when (s); `-` is standard output
     #[arg(long, value_name = "FILE.csv")]
     output: Option<PathBuf>,
 
@@ -104,12 +121,15 @@ Examples:
   torque-gp context --model loads.tgp --data log.csv --prior c1=3,c2=1 --json
   torque-gp context --model loads.tgp --data log.csv --held-out held_out.csv
   torque-gp context --model loads.tgp --data log.csv --switching 0.2 --noise 0.05 --output which.csv
+  torque-gp context --model arm.tgp --data log.csv --online --every 0.5
 
 JSON: {\"answer\": \"c3\" or null, \"n_rows\": …, \"n_in_total\": …, \"contexts\": [{\"context\": \"c1\",
 \"log_density\": …, \"probability\": …, \"p_value\": …}, …], \"rows\": [{\"context\": \"c3\",
 \"probabilities\": […]}, …]}.
 JSON of rbd: {\"answer\": \"c3\" or null, \"n_rows\": …, \"contexts\": [{\"context\": …, \"log_evidence\": …,
 \"probability\": …}, …], \"unknown\": {\"log_evidence\": …, \"probability\": …}}.
+JSON of --online: {\"answer\": \"c3\" or null, \"n_rows\": …, \"changes\": …, \"contexts\": [\"c1\", …], \"rows\":
+[{\"t\": …, \"probabilities\": […], \"unknown\": …, \"mass\": …, \"mass_std\": …, \"changes\": …, \"since\": …}, …]}.
 
 Exit status: 0, or 2 for bad input or usage; then there is one message and no output file.";
 
@@ -123,7 +143,7 @@ impl Args {
             ("--prior", self.prior.is_some()),
             ("--switching", self.switching.is_some()),
             ("--held-out", self.held_out.is_some()),
-            ("--output", self.output.is_some()),
+            ("--output", self.output.is_some() && !self.online),
             ("--noise", self.noise > 0.0),
         ];
         let Some((option, _)) = asked.into_iter().find(|(_, is_asked)| *is_asked) else {
@@ -177,6 +197,10 @@ pub fn run(args: &Args) -> Result<(), CliError> {
             args.require_evidence_alone()?;
             model
         }
+        None if args.online => {
+            let reason = "--online is for models of a robot's parameters (rbd)".to_owned();
+            return Err(CliError::Usage(reason));
+        }
         None => model.of_several()?,
     };
     let mut table = Table::open(&args.data)?;
@@ -189,6 +213,9 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let samples = &data.samples;
     let x = samples.x.as_ref();
     warn_outside(model.ranges(), x, &file, &columns.states.states);
+    if args.online {
+        return follow_load(args, &model, samples, &file);
+    }
     if let Some(posterior) = model.rigid_body() {
         let loads = Loads::of(posterior, samples).map_err(CliError::of_data(&file))?;
         return args.print.print(&loads, Loads::table);
@@ -223,6 +250,25 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     }
     let estimate = total.estimate(contexts, n_rows, rows);
     args.print.print(&estimate, Estimate::table)
+}
+
+/// The load that rbd sees, row after row.
+fn follow_load(
+    args: &Args,
+    model: &RobotModel,
+    samples: &Samples,
+    file: &str,
+) -> Result<(), CliError> {
+    let (every, forgetting) = (args.every, args.forgetting);
+    if forgetting.is_some_and(|seconds| seconds <= 0.0) {
+        let reason = "--forgetting: seconds above zero are needed".to_owned();
+        return Err(CliError::Usage(reason));
+    }
+    let following = Following::of(model, samples, file, How { every, forgetting })?;
+    if let Some(path) = &args.output {
+        write_records(path, following.header(), following.records())?;
+    }
+    args.print.print(&following, Following::table)
 }
 
 /// Seconds between rows: what was asked for, or the mean difference of the times.
@@ -345,27 +391,33 @@ fn most_probable(probabilities: &[f64]) -> usize {
 }
 
 fn write_rows(path: &Path, contexts: &[String], rows: &[Vec<f64>]) -> Result<(), CliError> {
+    let known = contexts.iter().map(|context| format!("p_{context}"));
+    let header = std::iter::once("most_probable".to_owned()).chain(known);
+    let records = rows.iter().map(|row| {
+        let numbers = row.iter().map(|probability| format!("{probability:?}"));
+        let most = contexts[most_probable(row)].clone();
+        std::iter::once(most).chain(numbers).collect()
+    });
+    write_records(path, header.collect(), records)
+}
+
+/// A table of texts.
+fn write_records(
+    path: &Path,
+    header: Vec<String>,
+    records: impl Iterator<Item = Vec<String>>,
+) -> Result<(), CliError> {
     let mut output = Output::create(path)?;
     let name = output.name().to_owned();
-    let mut text = Vec::new();
+    let (mut text, mut n_rows) = (Vec::new(), 0);
     {
         let mut writer = csv::Writer::from_writer(&mut text);
-        let header = contexts.iter().map(|context| format!("p_{context}"));
-        let mut write = |record: Vec<String>| writer.write_record(&record);
-        let written = write(
-            std::iter::once("most_probable".to_owned())
-                .chain(header)
-                .collect(),
-        );
-        let written = rows.iter().fold(written, |written, row| {
-            written?;
-            let numbers = row.iter().map(|probability| format!("{probability:?}"));
-            write(
-                std::iter::once(contexts[most_probable(row)].clone())
-                    .chain(numbers)
-                    .collect(),
-            )
-        });
+        let written = std::iter::once(header)
+            .chain(records)
+            .try_for_each(|record| {
+                n_rows += 1;
+                writer.write_record(&record)
+            });
         let flushed = written.map_err(std::io::Error::other);
         flushed
             .and_then(|()| writer.flush())
@@ -375,7 +427,7 @@ fn write_rows(path: &Path, contexts: &[String], rows: &[Vec<f64>]) -> Result<(),
         .write_all(&text)
         .map_err(CliError::io("write", name.clone()))?;
     output.commit()?;
-    messages::note(format!("{} rows written to {name}", rows.len()));
+    messages::note(format!("{} rows written to {name}", n_rows - 1));
     Ok(())
 }
 

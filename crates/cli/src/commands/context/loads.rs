@@ -37,10 +37,7 @@ impl Loads {
     pub fn of(posterior: &ParameterPosterior, samples: &Samples) -> Result<Self, TorqueError> {
         let evidence = posterior.load_evidence(samples)?;
         let (probabilities, unknown) = evidence.probabilities();
-        let names = match posterior.parts().contexts.as_slice() {
-            [] => vec!["as learned".to_owned()],
-            contexts => contexts.to_vec(),
-        };
+        let names = names_of(posterior);
         let mut best = None;
         let mut most = unknown;
         for (name, probability) in names.iter().zip(&probabilities) {
@@ -87,5 +84,13 @@ impl Loads {
         let table = text_table::render(&["context", "log evidence", "probability"], &rows);
         let answer = self.answer.as_deref().unwrap_or("a load that is not known");
         format!("{table}\n{} rows: {answer}\n", self.n_rows)
+    }
+}
+
+/// What the loads that a model knows are called.
+pub fn names_of(posterior: &ParameterPosterior) -> Vec<String> {
+    match posterior.parts().contexts.as_slice() {
+        [] => vec!["as learned".to_owned()],
+        contexts => contexts.to_vec(),
     }
 }

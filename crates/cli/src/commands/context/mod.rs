@@ -4,5 +4,6 @@ mod command;
 mod evidence;
 mod held_out;
 mod loads;
+mod online;
 
 pub use command::{Args, run};
