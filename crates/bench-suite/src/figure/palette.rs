@@ -8,7 +8,7 @@ const WIDTH: f64 = 1.8;
 const WIDE: f64 = 2.4;
 
 /// Models and what stands beside them in pictures, by the names in legends.
-const MODELS: [(&str, Line); 19] = [
+const MODELS: [(&str, Line); 21] = [
     ("sGP", Line::dashed(VERMILION, WIDTH, &[2.0, 3.0])),
     ("GPc", Line::dashed(VERMILION, WIDTH, &[2.0, 3.0])),
     ("iGP", Line::dashed(BLUE, WIDTH, &[7.0, 3.0])),
@@ -22,6 +22,11 @@ const MODELS: [(&str, Line); 19] = [
     ("nearest", Line::solid(PURPLE, WIDTH)),
     ("rbd", Line::dashed(ORANGE, WIDTH, &[2.0, 3.0])),
     ("rbd+gp", Line::solid(ORANGE, WIDTH)),
+    ("rbd-shared", Line::solid(ORANGE, WIDE)),
+    (
+        "rbd-shared-signs",
+        Line::dashed(ORANGE, WIDTH, &[9.0, 4.0, 2.0, 4.0]),
+    ),
     ("rbd¬f+gp", Line::dashed(ORANGE, WIDTH, &[6.0, 4.0])),
     ("LRc", Line::solid(SKY, WIDTH)),
     ("physics", Line::dashed(QUIET, WIDTH, &[9.0, 4.0, 2.0, 4.0])),

@@ -1,8 +1,8 @@
 //! rbd as `torque-gp fit --model rbd` learns it: one vector of parameters for all joints and loads of the arm.
 
 use torque_model::learn::SharedParameters;
-use torque_model::rigid_body::TermSet;
-use torque_model::{JointTorques, Provenance, RobotModel, Samples, Timeline};
+use torque_model::rigid_body::{SharedJoint, TermSet};
+use torque_model::{JointModel, JointTorques, Provenance, RobotModel, Samples, Timeline};
 
 use super::parameters;
 use crate::dataset::{DataSet, N_JOINTS};
@@ -47,6 +47,18 @@ impl Terms {
     pub fn learn(self, samples: &Samples) -> Result<RobotModel, BenchError> {
         let provenance = Provenance::new(concat!("bench-suite ", env!("CARGO_PKG_VERSION")), b"");
         Ok(RobotModel::learn(samples, &self.learner(), provenance)?)
+    }
+}
+
+/// A joint, from 1, of a model that [`Terms::learn`] made.
+///
+/// # Panics
+/// If it was not made so, or there is no such joint.
+pub fn joint_of(model: &RobotModel, joint: usize) -> &SharedJoint {
+    let found = model.learned().iter().find(|(idx, _)| *idx == joint - 1);
+    match found {
+        Some((_, JointModel::Shared(of_joint))) => of_joint,
+        _ => panic!("joint {joint} has no parameters that others share"),
     }
 }
 
