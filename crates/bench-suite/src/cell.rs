@@ -8,7 +8,7 @@ use crate::error::BenchError;
 use crate::fit_summary::FitSummary;
 use crate::rigid_body::{RigidBodyForm, RigidBodyKind, Terms};
 
-/// The four models that section 3.4 compares, and four with the prior that section 3.2 names.
+/// The four models that section 3.4 compares, and three with the prior that section 3.2 names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum ModelKind {
     /// LR¬c: Bayesian linear regression without the sgn terms.
@@ -23,10 +23,8 @@ pub enum ModelKind {
     /// GPc: the same with the Coulomb term, eq. (7).
     #[serde(rename = "GPc")]
     GpCoulomb,
-    /// Linear in the parameters of a rigid-body model, with a prior, each joint by itself; not the chapter's experiment.
-    #[serde(rename = "rbd")]
-    RigidBody,
-    /// rbd+gp: the same with a process on what it leaves.
+    /// rbd+gp: linear in the parameters of a rigid-body model, with a prior, each joint by itself, and a process on what
+    /// that leaves; not the chapter's experiment.
     #[serde(rename = "rbd+gp")]
     RigidBodyAndProcess,
     /// rbd as the command learns it: all joints share their parameters, and friction terms are chosen.
@@ -38,28 +36,24 @@ pub enum ModelKind {
 }
 
 impl ModelKind {
-    /// The chapter's four, in the order of fig. 7's rows, and the four of section 3.2.
-    pub const ALL: [Self; 8] = [
+    /// The chapter's four, in the order of fig. 7's rows, and the three of section 3.2.
+    pub const ALL: [Self; 7] = [
         Self::LrSmooth,
         Self::LrCoulomb,
         Self::GpSmooth,
         Self::GpCoulomb,
-        Self::RigidBody,
         Self::RigidBodyAndProcess,
         Self::SharedParameters,
         Self::SharedParametersSigns,
     ];
 
-    /// Name in files: LR, LRc, GP, GPc, rbd, rbd+gp, rbd-shared, rbd-shared-signs.
-    ///
-    /// rbd is each joint by itself, as results of earlier revisions have it.
+    /// Name in files: LR, LRc, GP, GPc, rbd+gp, rbd-shared, rbd-shared-signs.
     pub fn name(self) -> &'static str {
         match self {
             Self::LrSmooth => "LR",
             Self::LrCoulomb => "LRc",
             Self::GpSmooth => "GP",
             Self::GpCoulomb => "GPc",
-            Self::RigidBody => RigidBodyForm::Alone.name(),
             Self::RigidBodyAndProcess => RigidBodyForm::WithProcess.name(),
             Self::SharedParameters => Terms::Chosen.name(),
             Self::SharedParametersSigns => Terms::Signs.name(),
@@ -72,7 +66,6 @@ impl ModelKind {
             Self::LrSmooth => "LR¬c",
             Self::GpSmooth => "GP¬c",
             Self::LrCoulomb | Self::GpCoulomb => self.name(),
-            Self::RigidBody => "rbd by joint (ours)",
             Self::RigidBodyAndProcess => "rbd+gp (ours)",
             Self::SharedParameters => "rbd shared (ours)",
             Self::SharedParametersSigns => "rbd shared, signs (ours)",
@@ -91,7 +84,6 @@ impl ModelKind {
     pub fn rigid_body(self) -> Option<RigidBodyKind> {
         use RigidBodyKind::{OfJoint, OfRobot};
         match self {
-            Self::RigidBody => Some(OfJoint(RigidBodyForm::Alone)),
             Self::RigidBodyAndProcess => Some(OfJoint(RigidBodyForm::WithProcess)),
             Self::SharedParameters => Some(OfRobot(Terms::Chosen)),
             Self::SharedParametersSigns => Some(OfRobot(Terms::Signs)),
@@ -204,7 +196,7 @@ mod tests {
         let error = "GPx".parse::<ModelKind>().unwrap_err().to_string();
         assert_eq!(
             error,
-            "unknown model \"GPx\"; known: LR, LRc, GP, GPc, rbd, rbd+gp, rbd-shared, rbd-shared-signs"
+            "unknown model \"GPx\"; known: LR, LRc, GP, GPc, rbd+gp, rbd-shared, rbd-shared-signs"
         );
     }
 }

@@ -8,7 +8,7 @@ const WIDTH: f64 = 1.8;
 const WIDE: f64 = 2.4;
 
 /// Models and what stands beside them in pictures, by the names in legends.
-const MODELS: [(&str, Line); 21] = [
+const MODELS: [(&str, Line); 20] = [
     ("sGP", Line::dashed(VERMILION, WIDTH, &[2.0, 3.0])),
     ("GPc", Line::dashed(VERMILION, WIDTH, &[2.0, 3.0])),
     ("iGP", Line::dashed(BLUE, WIDTH, &[7.0, 3.0])),
@@ -20,7 +20,6 @@ const MODELS: [(&str, Line); 21] = [
     ("mGP, own function", Line::solid(SKY, WIDTH)),
     ("mGP, no prior", Line::dashed(SKY, WIDTH, &[2.0, 3.0])),
     ("nearest", Line::solid(PURPLE, WIDTH)),
-    ("rbd", Line::dashed(ORANGE, WIDTH, &[2.0, 3.0])),
     ("rbd+gp", Line::solid(ORANGE, WIDTH)),
     ("rbd-shared", Line::solid(ORANGE, WIDE)),
     (

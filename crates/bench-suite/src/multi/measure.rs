@@ -53,9 +53,7 @@ pub fn measure(unit: &Unit, bench: &Bench<'_>) -> Result<UnitRecord, BenchError>
                 let fit = fits.next().expect("one fit a rank");
                 scored(unit, bench, model, fit, seconds_each)?
             }
-            MultiModel::RigidBody | MultiModel::RigidBodyAndProcess | MultiModel::Shared(_) => {
-                continue;
-            }
+            MultiModel::RigidBodyAndProcess | MultiModel::Shared(_) => continue,
         });
     }
     Ok(UnitRecord {

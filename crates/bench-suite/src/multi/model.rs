@@ -23,10 +23,8 @@ pub enum MultiModel {
         /// Columns of Λ.
         rank: usize,
     },
-    /// rbd: parameters of a rigid-body model with a prior, ten of them for each load, each joint by itself; not the
-    /// chapter's.
-    RigidBody,
-    /// rbd+gp: the same with a process on what it leaves.
+    /// rbd+gp: parameters of a rigid-body model with a prior, ten of them for each load, each joint by itself, and a
+    /// process on what they leave; not the chapter's.
     RigidBodyAndProcess,
     /// rbd as the command learns it: all joints share the parameters of links and loads.
     Shared(Terms),
@@ -44,7 +42,6 @@ impl MultiModel {
     /// How a model with the prior of section 3.2 is learned; none of the chapter's experiment.
     pub fn rigid_body(self) -> Option<RigidBodyKind> {
         match self {
-            Self::RigidBody => Some(RigidBodyKind::OfJoint(RigidBodyForm::Alone)),
             Self::RigidBodyAndProcess => Some(RigidBodyKind::OfJoint(RigidBodyForm::WithProcess)),
             Self::Shared(terms) => Some(RigidBodyKind::OfRobot(terms)),
             Self::Single | Self::Independent | Self::Pooled | Self::Transfer { .. } => None,
@@ -59,7 +56,6 @@ impl fmt::Display for MultiModel {
             Self::Independent => f.write_str("iGP"),
             Self::Pooled => f.write_str("pGP"),
             Self::Transfer { rank } => write!(f, "mGP-{rank}"),
-            Self::RigidBody => f.write_str(RigidBodyForm::Alone.name()),
             Self::RigidBodyAndProcess => f.write_str(RigidBodyForm::WithProcess.name()),
             Self::Shared(terms) => f.write_str(terms.name()),
         }
@@ -78,7 +74,6 @@ impl FromStr for MultiModel {
             "sGP" => Ok(Self::Single),
             "iGP" => Ok(Self::Independent),
             "pGP" => Ok(Self::Pooled),
-            "rbd" => Ok(Self::RigidBody),
             "rbd+gp" => Ok(Self::RigidBodyAndProcess),
             _ => name
                 .strip_prefix("mGP-")
@@ -87,9 +82,8 @@ impl FromStr for MultiModel {
                 .ok_or_else(|| BenchError::UnknownName {
                     what: "model",
                     name: name.to_string(),
-                    known:
-                        "sGP, iGP, pGP, rbd, rbd+gp, rbd-shared, rbd-shared-signs, mGP-1, mGP-2, …"
-                            .to_string(),
+                    known: "sGP, iGP, pGP, rbd+gp, rbd-shared, rbd-shared-signs, mGP-1, mGP-2, …"
+                        .to_string(),
                 }),
         }
     }
@@ -120,7 +114,6 @@ mod tests {
             MultiModel::Independent,
             MultiModel::Pooled,
             MultiModel::Transfer { rank: 10 },
-            MultiModel::RigidBody,
             MultiModel::RigidBodyAndProcess,
             MultiModel::Shared(Terms::Chosen),
             MultiModel::Shared(Terms::Signs),

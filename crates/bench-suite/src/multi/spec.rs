@@ -160,7 +160,7 @@ impl MultiExperiment {
                     .copied()
                     .filter(|n| *n <= most)
                     .collect();
-                let models = [MultiModel::RigidBody, MultiModel::RigidBodyAndProcess];
+                let models = [MultiModel::RigidBodyAndProcess];
                 units.extend(self.grid(repeat, &scope.joints, &totals, &models));
                 // Units of their own: those of the others are kept as they were.
                 let shared = Terms::ALL.map(MultiModel::Shared);

@@ -23,8 +23,6 @@ pub enum Series {
     TransferBic,
     /// The same with one K^ρ for all joints; not the chapter's.
     SharedBic,
-    /// rbd, each joint by itself; not the chapter's.
-    RigidBody,
     /// rbd+gp; not the chapter's.
     RigidBodyAndProcess,
     /// rbd as the command learns it, all joints together; not the chapter's.
@@ -41,13 +39,12 @@ impl Series {
     ];
 
     /// Those that are drawn: the chapter's, and ours where they exist.
-    pub const DRAWN: [Self; 9] = [
+    pub const DRAWN: [Self; 8] = [
         Self::Single,
         Self::Independent,
         Self::Pooled,
         Self::TransferBic,
         Self::SharedBic,
-        Self::RigidBody,
         Self::RigidBodyAndProcess,
         Self::Shared(Terms::Chosen),
         Self::Shared(Terms::Signs),
@@ -61,7 +58,6 @@ impl Series {
             Self::Pooled => "pGP",
             Self::TransferBic => "mGP-BIC",
             Self::SharedBic => "mGP-one-K",
-            Self::RigidBody => "rbd",
             Self::RigidBodyAndProcess => "rbd+gp",
             Self::Shared(terms) => terms.name(),
         }
@@ -75,7 +71,6 @@ impl Series {
             Self::Pooled => unit.of(MultiModel::Pooled),
             Self::TransferBic => choices.chosen(unit),
             Self::SharedBic => None,
-            Self::RigidBody => unit.of(MultiModel::RigidBody),
             Self::RigidBodyAndProcess => unit.of(MultiModel::RigidBodyAndProcess),
             Self::Shared(terms) => unit.of(MultiModel::Shared(terms)),
         }

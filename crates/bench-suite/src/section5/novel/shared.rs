@@ -77,3 +77,63 @@ pub fn scores(
     };
     test.torques.iter().enumerate().map(of_joint).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use torque_model::Provenance;
+    use torque_model::learn::SharedParameters;
+    use torque_model::rigid_body::TermSet;
+
+    use super::*;
+    use crate::dataset::{DataSet, N_JOINTS};
+    use crate::rigid_body::parameters;
+
+    const NEW: usize = 15;
+
+    fn of(data: &DataSet, load: usize, rows: &[usize]) -> Vec<Vec<f64>> {
+        let joints = 1..=N_JOINTS;
+        joints
+            .map(|joint| data.torques(load, joint, rows))
+            .collect()
+    }
+
+    #[test]
+    fn a_load_is_learned_as_a_user_does_and_exactly_where_the_terms_are_right() {
+        let data = DataSet::simulate(&BTreeSet::from([1, 2, NEW])).unwrap();
+        let known_rows: Vec<usize> = (0..40).map(|i| 1_511 * i).collect();
+        let (rows, test_rows) = ([100, 20_100, 40_100], [777, 30_777, 63_777]);
+        let samples = Samples {
+            x: data.x(&rows),
+            torques: of(&data, NEW, &rows),
+            noise_std: 0.0,
+        };
+        let test = Test {
+            x: data.x(&test_rows),
+            torques: of(&data, NEW, &test_rows),
+        };
+        let case = Case {
+            draw: 0,
+            noise_idx: 0,
+            count: 3,
+        };
+        let of_loads = shared::samples(&data, &[(1, &known_rows), (2, &known_rows)]);
+        let known = Terms::Signs.learn(&of_loads).unwrap();
+        let scores = scores((Terms::Signs, &known), &samples, &test, case).unwrap();
+
+        let mut learner = SharedParameters::new(parameters::robot());
+        learner.terms = Some(TermSet::Signs);
+        let provenance = || Provenance::new("test", b"");
+        let of_user = RobotModel::learn(&of_loads, &learner, provenance()).unwrap();
+        let new = shared::samples(&data, &[(NEW, &rows)]);
+        let of_user = adapt(&of_user, "c15", &new, Adapt::default(), provenance()).unwrap();
+        for (joint_idx, score) in scores.iter().enumerate() {
+            let found = of_user.predict_joint(joint_idx, 2, test.x.as_ref());
+            let expected = nmse(&found.unwrap().mean, &test.torques[joint_idx]).unwrap();
+            assert_eq!(score.nmse.to_bits(), expected.to_bits());
+            // Eighteen torques say ten numbers, to the least noise: 1e-4 of the torques' root mean square.
+            assert!(score.nmse < 1e-6, "{score:?}");
+        }
+    }
+}
