@@ -196,9 +196,7 @@ pub fn of_all_loads(
     set: &TrainingSet,
     new_samples: usize,
 ) -> Result<RobotModel, BenchError> {
-    let loads = (1..=set.n_contexts).map(|load| (load, samples_of(load, set, new_samples)));
-    let loads: Vec<(usize, Vec<usize>)> = loads.collect();
-    let known = Terms::Chosen.learn(&shared::samples(&bench.data, &loads))?;
+    let known = bench.shared(Terms::Chosen, set)?;
     let new = [(NEW_LOAD, samples_of(NEW_LOAD, set, new_samples))];
     let samples = shared::samples(&bench.data, &new);
     let provenance = known.provenance().clone();

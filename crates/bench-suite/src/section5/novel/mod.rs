@@ -59,7 +59,7 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
         &cases_of_robot(&settings),
         |bench| {
             let set = TrainingSet::of_table_2(settings.n_total);
-            let known = Terms::ALL.map(|terms| shared::known(terms, &set, bench));
+            let known = Terms::ALL.map(|terms| bench.shared(terms, &set));
             let [chosen, signs] = known;
             let known = [(Terms::Chosen, chosen?), (Terms::Signs, signs?)];
             Ok((bench, known, test(bench, &settings, &split)))
