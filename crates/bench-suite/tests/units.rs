@@ -76,7 +76,7 @@ fn a_record_has_a_score_of_every_context_and_the_likelihood_grows_with_the_rank(
     }
     let log = |name: &str| {
         let model = record.of(name.parse().unwrap()).unwrap();
-        model.log_marginal_likelihood
+        model.log_marginal_likelihood.expect("a process")
     };
     // mGP-1 contains pGP and sets out near it; mGP-2 sets out from mGP-1 too.
     assert!(
@@ -92,7 +92,7 @@ fn a_record_has_a_score_of_every_context_and_the_likelihood_grows_with_the_rank(
 /// The same samples for the models with the prior of section 3.2.
 fn rigid_body_units() -> BTreeSet<Unit> {
     let of_unit = |unit: Unit| Unit {
-        models: ["rbd", "rbd+gp"]
+        models: ["rbd+gp", "rbd-shared-signs"]
             .map(|name| name.parse().expect("a model's name"))
             .to_vec(),
         ..unit
