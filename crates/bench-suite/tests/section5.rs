@@ -237,8 +237,8 @@ fn every_experiment_is_made_and_says_what_was_asked_for() {
     ] {
         assert!(names.contains(&name), "{names:?}");
     }
-    // Two layouts of ten samples, four ways to ask for the unknown load, one window, rbd with three noises.
-    assert_eq!(section.findings.len(), 2 + 4 + 1 + 3);
+    // Two layouts of ten samples, four ways to ask for the unknown load, one window, rbd learned without noise for three noises and with two.
+    assert_eq!(section.findings.len(), 2 + 4 + 1 + 3 + 2);
     let table = section.table.unwrap();
     assert_eq!((table.rows.len(), table.header.len()), (6, 4));
 

@@ -169,7 +169,7 @@ fn one_matrix_for_all_joints_climbs_from_their_own_fits_and_pays_for_its_entries
     assert_ne!(fits[1].scores[0], fits[1].scores[1]);
     let name = "mGP-2".parse().unwrap();
     let apart: f64 = (own.iter())
-        .map(|record| record.of(name).unwrap().log_marginal_likelihood)
+        .map(|record| record.of(name).unwrap().log_marginal_likelihood.unwrap())
         .sum();
     // A common K^ρ is a special case: above the sum of the joints' own optima only by what their searches left.
     let together: f64 = fits[1].log_marginals.iter().sum();

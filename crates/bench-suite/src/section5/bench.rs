@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use torque_model::RobotModel;
+use torque_model::{RobotModel, Samples};
 
 use super::trained::{Shelf, Trained};
 use super::training_set::TrainingSet;
@@ -48,9 +48,14 @@ impl Bench {
     /// # Errors
     /// `Model` if it cannot be learned.
     pub fn shared(&self, terms: Terms, set: &TrainingSet) -> Result<RobotModel, BenchError> {
+        terms.learn(&self.samples_of_joints(set))
+    }
+
+    /// The samples of a training set with the torques of all joints, as a user has them.
+    pub fn samples_of_joints(&self, set: &TrainingSet) -> Samples {
         let loads: Vec<(usize, Vec<usize>)> = (1..=set.n_contexts)
             .map(|load| (load, set.rows(load)))
             .collect();
-        terms.learn(&shared::samples(&self.data, &loads))
+        shared::samples(&self.data, &loads)
     }
 }
