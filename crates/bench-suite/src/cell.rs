@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::BenchError;
 use crate::fit_summary::FitSummary;
-use crate::rigid_body::RigidBodyForm;
+use crate::rigid_body::{RigidBodyForm, RigidBodyKind, Terms};
 
-/// The four models that section 3.4 compares, and two with the prior that section 3.2 names.
+/// The four models that section 3.4 compares, and three with the prior that section 3.2 names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum ModelKind {
     /// LR¬c: Bayesian linear regression without the sgn terms.
@@ -23,34 +23,40 @@ pub enum ModelKind {
     /// GPc: the same with the Coulomb term, eq. (7).
     #[serde(rename = "GPc")]
     GpCoulomb,
-    /// rbd: linear in the parameters of a rigid-body model, with a prior; not the chapter's experiment.
-    #[serde(rename = "rbd")]
-    RigidBody,
-    /// rbd+gp: the same with a process on what it leaves.
+    /// rbd+gp: linear in the parameters of a rigid-body model, with a prior, each joint by itself, and a process on what
+    /// that leaves; not the chapter's experiment.
     #[serde(rename = "rbd+gp")]
     RigidBodyAndProcess,
+    /// rbd as the command learns it: all joints share their parameters, and friction terms are chosen.
+    #[serde(rename = "rbd-shared")]
+    SharedParameters,
+    /// The same with signs for friction, as the arm is simulated.
+    #[serde(rename = "rbd-shared-signs")]
+    SharedParametersSigns,
 }
 
 impl ModelKind {
-    /// The chapter's four, in the order of fig. 7's rows, and the two of section 3.2.
-    pub const ALL: [Self; 6] = [
+    /// The chapter's four, in the order of fig. 7's rows, and the three of section 3.2.
+    pub const ALL: [Self; 7] = [
         Self::LrSmooth,
         Self::LrCoulomb,
         Self::GpSmooth,
         Self::GpCoulomb,
-        Self::RigidBody,
         Self::RigidBodyAndProcess,
+        Self::SharedParameters,
+        Self::SharedParametersSigns,
     ];
 
-    /// Name in files and on the command line: LR, LRc, GP, GPc, rbd, rbd+gp.
+    /// Name in files: LR, LRc, GP, GPc, rbd+gp, rbd-shared, rbd-shared-signs.
     pub fn name(self) -> &'static str {
         match self {
             Self::LrSmooth => "LR",
             Self::LrCoulomb => "LRc",
             Self::GpSmooth => "GP",
             Self::GpCoulomb => "GPc",
-            Self::RigidBody => RigidBodyForm::Alone.name(),
             Self::RigidBodyAndProcess => RigidBodyForm::WithProcess.name(),
+            Self::SharedParameters => Terms::Chosen.name(),
+            Self::SharedParametersSigns => Terms::Signs.name(),
         }
     }
 
@@ -60,8 +66,9 @@ impl ModelKind {
             Self::LrSmooth => "LR¬c",
             Self::GpSmooth => "GP¬c",
             Self::LrCoulomb | Self::GpCoulomb => self.name(),
-            Self::RigidBody => "rbd (ours)",
             Self::RigidBodyAndProcess => "rbd+gp (ours)",
+            Self::SharedParameters => "rbd shared (ours)",
+            Self::SharedParametersSigns => "rbd shared, signs (ours)",
         }
     }
 
@@ -73,12 +80,14 @@ impl ModelKind {
         )
     }
 
-    /// The form of a model with the prior of section 3.2; none of the chapter's experiment.
-    pub fn rigid_body(self) -> Option<RigidBodyForm> {
+    /// How a model with the prior of section 3.2 is learned; none of the chapter's experiment.
+    pub fn rigid_body(self) -> Option<RigidBodyKind> {
+        use RigidBodyKind::{OfJoint, OfRobot};
         match self {
-            Self::RigidBody => Some(RigidBodyForm::Alone),
-            Self::RigidBodyAndProcess => Some(RigidBodyForm::WithProcess),
-            _ => None,
+            Self::RigidBodyAndProcess => Some(OfJoint(RigidBodyForm::WithProcess)),
+            Self::SharedParameters => Some(OfRobot(Terms::Chosen)),
+            Self::SharedParametersSigns => Some(OfRobot(Terms::Signs)),
+            Self::LrSmooth | Self::LrCoulomb | Self::GpSmooth | Self::GpCoulomb => None,
         }
     }
 }
@@ -160,7 +169,7 @@ pub struct CellRecord {
     pub seconds_predict: f64,
     /// The cell.
     pub cell: Cell,
-    /// The optimiser's report; none for linear regression.
+    /// The optimiser's report; none for models in closed form.
     pub fit: Option<FitSummary>,
 }
 
@@ -187,7 +196,7 @@ mod tests {
         let error = "GPx".parse::<ModelKind>().unwrap_err().to_string();
         assert_eq!(
             error,
-            "unknown model \"GPx\"; known: LR, LRc, GP, GPc, rbd, rbd+gp"
+            "unknown model \"GPx\"; known: LR, LRc, GP, GPc, rbd+gp, rbd-shared, rbd-shared-signs"
         );
     }
 }

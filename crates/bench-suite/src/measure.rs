@@ -10,7 +10,7 @@ use crate::metrics::nmse_of_sets;
 use crate::models::Fitted;
 use crate::rigid_body::parameters::Knowledge;
 use crate::rigid_body::rows::Regressors;
-use crate::rigid_body::{JointModel, RigidBodyForm};
+use crate::rigid_body::{JointModel, RigidBodyForm, RigidBodyKind, Terms, shared};
 use crate::split::Split;
 
 /// Fits and scores a cell; sequential, and the same bits on every call but for the seconds.
@@ -29,7 +29,8 @@ pub fn measure(
     let targets = data.torques(cell.load, cell.joint, &train);
     let learned = match cell.model.rigid_body() {
         None => of_states(cell, data, (&train, &targets), &split.extrap)?,
-        Some(form) => {
+        Some(RigidBodyKind::OfRobot(terms)) => of_robot(cell, terms, data, &train, &split.extrap)?,
+        Some(RigidBodyKind::OfJoint(form)) => {
             let train = (&train[..], &targets[..]);
             of_rigid_body(cell, form, regressors, train, &split.extrap)?
         }
@@ -93,6 +94,28 @@ fn of_rigid_body(
     Ok(Learned {
         means,
         fit: Some(model.summary()),
+        seconds_fit,
+        seconds_predict: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// All joints together, of which the cell's is predicted; the seconds of the fit are those of all.
+fn of_robot(
+    cell: &Cell,
+    terms: Terms,
+    data: &DataSet,
+    train: &[usize],
+    test: &[usize],
+) -> Result<Learned, BenchError> {
+    let samples = shared::samples(data, &[(cell.load, train)]);
+    let start = Instant::now();
+    let model = terms.learn(&samples)?;
+    let seconds_fit = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let prediction = model.predict_joint(cell.joint - 1, 0, data.x(test).as_ref())?;
+    Ok(Learned {
+        means: prediction.mean,
+        fit: None,
         seconds_fit,
         seconds_predict: start.elapsed().as_secs_f64(),
     })

@@ -38,7 +38,9 @@ impl Fitted {
             ModelKind::LrCoulomb => linear(LinearForm::Coulomb)?,
             ModelKind::GpSmooth => process(TorqueForm::Smooth)?,
             ModelKind::GpCoulomb => process(TorqueForm::Coulomb)?,
-            ModelKind::RigidBody | ModelKind::RigidBodyAndProcess => {
+            ModelKind::RigidBodyAndProcess
+            | ModelKind::SharedParameters
+            | ModelKind::SharedParametersSigns => {
                 panic!("{} needs a regressor beside the states", kind.name())
             }
         })

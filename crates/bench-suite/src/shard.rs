@@ -132,7 +132,7 @@ mod tests {
         let work = cells(6);
         let is_long = |cell: &&Cell| cell.model == ModelKind::GpSmooth && cell.n == 4000;
         for part in parts(3, &work) {
-            assert_eq!(part.len(), 24);
+            assert_eq!(part.len(), 28);
             assert_eq!(part.iter().filter(is_long).count(), 2);
         }
     }

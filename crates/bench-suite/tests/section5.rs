@@ -232,12 +232,13 @@ fn every_experiment_is_made_and_says_what_was_asked_for() {
         "context_confusion.csv",
         "context_unknown.csv",
         "context_delays.csv",
+        "context_shared.csv",
         "context.png",
     ] {
         assert!(names.contains(&name), "{names:?}");
     }
-    // Two layouts of ten samples, four ways to ask for the unknown load, one window.
-    assert_eq!(section.findings.len(), 2 + 4 + 1);
+    // Two layouts of ten samples, four ways to ask for the unknown load, one window, rbd learned without noise for three noises and with two.
+    assert_eq!(section.findings.len(), 2 + 4 + 1 + 3 + 2);
     let table = section.table.unwrap();
     assert_eq!((table.rows.len(), table.header.len()), (6, 4));
 
@@ -253,13 +254,14 @@ fn every_experiment_is_made_and_says_what_was_asked_for() {
     );
     let section = made(&novel, &campaign);
     let table = section.table.unwrap();
-    assert_eq!((table.rows.len(), table.header.len()), (8, 5));
+    assert_eq!((table.rows.len(), table.header.len()), (10, 5));
     let of = |learner: &str, column: usize| -> f64 {
         let row = table.rows.iter().find(|row| row[0] == learner).unwrap();
         row[column].parse().unwrap()
     };
-    // Ten torques of six joints give ten parameters; nothing learned from 28 samples comes near.
+    // Ten torques of six joints give ten parameters; no process of 28 samples comes near.
     assert!(of("physics", 4) < 1e-9 && of("physics", 4) < of("mGP", 4));
+    assert!(of("rbd-shared-signs", 4) < of("mGP", 4));
 }
 
 #[test]

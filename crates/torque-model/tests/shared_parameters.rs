@@ -103,6 +103,23 @@ fn the_loop_predicts_what_the_posterior_says() {
 }
 
 #[test]
+fn all_contexts_at_once_are_each_of_them() {
+    let model = model();
+    let x = states(&model);
+    for (_, joint) in model.learned() {
+        let JointModel::Shared(of_joint) = joint else {
+            panic!("not of shared parameters");
+        };
+        let all = of_joint.predict_mean_of_all_contexts(x.as_ref()).unwrap();
+        assert_eq!((all.nrows(), all.ncols()), (x.nrows(), 3));
+        for context in 0..3 {
+            let one = joint.predict(context, x.as_ref()).unwrap().mean;
+            assert_eq!(all.col_as_slice(context), one);
+        }
+    }
+}
+
+#[test]
 fn a_file_predicts_bit_for_bit() {
     let model = model();
     let bytes = model.to_bytes();

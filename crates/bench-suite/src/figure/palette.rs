@@ -8,7 +8,7 @@ const WIDTH: f64 = 1.8;
 const WIDE: f64 = 2.4;
 
 /// Models and what stands beside them in pictures, by the names in legends.
-const MODELS: [(&str, Line); 19] = [
+const MODELS: [(&str, Line); 20] = [
     ("sGP", Line::dashed(VERMILION, WIDTH, &[2.0, 3.0])),
     ("GPc", Line::dashed(VERMILION, WIDTH, &[2.0, 3.0])),
     ("iGP", Line::dashed(BLUE, WIDTH, &[7.0, 3.0])),
@@ -20,8 +20,12 @@ const MODELS: [(&str, Line); 19] = [
     ("mGP, own function", Line::solid(SKY, WIDTH)),
     ("mGP, no prior", Line::dashed(SKY, WIDTH, &[2.0, 3.0])),
     ("nearest", Line::solid(PURPLE, WIDTH)),
-    ("rbd", Line::dashed(ORANGE, WIDTH, &[2.0, 3.0])),
     ("rbd+gp", Line::solid(ORANGE, WIDTH)),
+    ("rbd-shared", Line::solid(ORANGE, WIDE)),
+    (
+        "rbd-shared-signs",
+        Line::dashed(ORANGE, WIDTH, &[9.0, 4.0, 2.0, 4.0]),
+    ),
     ("rbd¬f+gp", Line::dashed(ORANGE, WIDTH, &[6.0, 4.0])),
     ("LRc", Line::solid(SKY, WIDTH)),
     ("physics", Line::dashed(QUIET, WIDTH, &[9.0, 4.0, 2.0, 4.0])),

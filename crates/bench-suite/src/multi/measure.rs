@@ -53,7 +53,7 @@ pub fn measure(unit: &Unit, bench: &Bench<'_>) -> Result<UnitRecord, BenchError>
                 let fit = fits.next().expect("one fit a rank");
                 scored(unit, bench, model, fit, seconds_each)?
             }
-            MultiModel::RigidBody | MultiModel::RigidBodyAndProcess => continue,
+            MultiModel::RigidBodyAndProcess | MultiModel::Shared(_) => continue,
         });
     }
     Ok(UnitRecord {
@@ -97,7 +97,7 @@ fn scored(
     let summary = FitSummary::of(&fit.report, fit.noise_std(), hyperparameters);
     Ok(ModelRecord {
         model,
-        log_marginal_likelihood: fit.log_marginal(),
+        log_marginal_likelihood: Some(fit.log_marginal()),
         seconds_fit,
         seconds_predict,
         task_factor,
@@ -126,7 +126,7 @@ fn single(unit: &Unit, bench: &Bench<'_>, training: &Training) -> Result<ModelRe
     }
     Ok(ModelRecord {
         model: MultiModel::Single,
-        log_marginal_likelihood: fits.iter().map(|fit| fit.log_marginal_likelihood).sum(),
+        log_marginal_likelihood: Some(fits.iter().map(|fit| fit.log_marginal_likelihood).sum()),
         seconds_fit,
         seconds_predict,
         task_factor: Vec::new(),
@@ -203,6 +203,9 @@ mod tests {
         assert_eq!(process.name(), format!("mGP-{}", choice.rank));
         let kept = choices.chosen(&record).unwrap();
         let found = process.summary.log_marginal;
-        assert_eq!(found.to_bits(), kept.log_marginal_likelihood.to_bits());
+        assert_eq!(
+            Some(found.to_bits()),
+            kept.log_marginal_likelihood.map(f64::to_bits)
+        );
     }
 }

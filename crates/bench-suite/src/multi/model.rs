@@ -6,7 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::error::BenchError;
-use crate::rigid_body::RigidBodyForm;
+use crate::rigid_body::{RigidBodyForm, RigidBodyKind, Terms};
 
 /// A model of one joint's torques in all contexts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -23,10 +23,11 @@ pub enum MultiModel {
         /// Columns of Λ.
         rank: usize,
     },
-    /// rbd: parameters of a rigid-body model with a prior, ten of them for each load; not the chapter's.
-    RigidBody,
-    /// rbd+gp: the same with a process on what it leaves.
+    /// rbd+gp: parameters of a rigid-body model with a prior, ten of them for each load, each joint by itself, and a
+    /// process on what they leave; not the chapter's.
     RigidBodyAndProcess,
+    /// rbd as the command learns it: all joints share the parameters of links and loads.
+    Shared(Terms),
 }
 
 impl MultiModel {
@@ -38,12 +39,12 @@ impl MultiModel {
         }
     }
 
-    /// The form of a model with the prior of section 3.2; none of the chapter's experiment.
-    pub fn rigid_body(self) -> Option<RigidBodyForm> {
+    /// How a model with the prior of section 3.2 is learned; none of the chapter's experiment.
+    pub fn rigid_body(self) -> Option<RigidBodyKind> {
         match self {
-            Self::RigidBody => Some(RigidBodyForm::Alone),
-            Self::RigidBodyAndProcess => Some(RigidBodyForm::WithProcess),
-            _ => None,
+            Self::RigidBodyAndProcess => Some(RigidBodyKind::OfJoint(RigidBodyForm::WithProcess)),
+            Self::Shared(terms) => Some(RigidBodyKind::OfRobot(terms)),
+            Self::Single | Self::Independent | Self::Pooled | Self::Transfer { .. } => None,
         }
     }
 }
@@ -55,8 +56,8 @@ impl fmt::Display for MultiModel {
             Self::Independent => f.write_str("iGP"),
             Self::Pooled => f.write_str("pGP"),
             Self::Transfer { rank } => write!(f, "mGP-{rank}"),
-            Self::RigidBody => f.write_str(RigidBodyForm::Alone.name()),
             Self::RigidBodyAndProcess => f.write_str(RigidBodyForm::WithProcess.name()),
+            Self::Shared(terms) => f.write_str(terms.name()),
         }
     }
 }
@@ -66,11 +67,13 @@ impl FromStr for MultiModel {
 
     fn from_str(name: &str) -> Result<Self, BenchError> {
         let rank = |digits: &str| digits.parse().ok().filter(|&rank| rank > 0);
+        if let Some(terms) = Terms::ALL.into_iter().find(|terms| terms.name() == name) {
+            return Ok(Self::Shared(terms));
+        }
         match name {
             "sGP" => Ok(Self::Single),
             "iGP" => Ok(Self::Independent),
             "pGP" => Ok(Self::Pooled),
-            "rbd" => Ok(Self::RigidBody),
             "rbd+gp" => Ok(Self::RigidBodyAndProcess),
             _ => name
                 .strip_prefix("mGP-")
@@ -79,7 +82,8 @@ impl FromStr for MultiModel {
                 .ok_or_else(|| BenchError::UnknownName {
                     what: "model",
                     name: name.to_string(),
-                    known: "sGP, iGP, pGP, rbd, rbd+gp, mGP-1, mGP-2, …".to_string(),
+                    known: "sGP, iGP, pGP, rbd+gp, rbd-shared, rbd-shared-signs, mGP-1, mGP-2, …"
+                        .to_string(),
                 }),
         }
     }
@@ -110,8 +114,9 @@ mod tests {
             MultiModel::Independent,
             MultiModel::Pooled,
             MultiModel::Transfer { rank: 10 },
-            MultiModel::RigidBody,
             MultiModel::RigidBodyAndProcess,
+            MultiModel::Shared(Terms::Chosen),
+            MultiModel::Shared(Terms::Signs),
         ];
         for model in models {
             assert_eq!(model.to_string().parse::<MultiModel>().unwrap(), model);

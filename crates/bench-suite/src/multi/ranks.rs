@@ -73,7 +73,7 @@ fn candidates(group: &[&UnitRecord]) -> Vec<RankCandidate> {
     let log_marginals = |rank| {
         let of_rank = group.iter();
         let of_rank = of_rank.filter_map(|record| record.of(MultiModel::Transfer { rank }));
-        of_rank.map(|m| m.log_marginal_likelihood).collect()
+        of_rank.filter_map(|m| m.log_marginal_likelihood).collect()
     };
     let candidate = |rank| RankCandidate {
         rank,

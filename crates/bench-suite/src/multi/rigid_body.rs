@@ -1,5 +1,5 @@
 //! A unit of the models with the prior of section 3.2: arm and drives are shared, each load has ten
-//! parameters of its own, and the process of rbd+gp is the same under all loads.
+//! parameters of its own, and the process of rbd+gp is the same under all loads; or all joints share them, too.
 
 use std::time::Instant;
 
@@ -7,8 +7,8 @@ use super::bench::{Bench, Training};
 use super::model::MultiModel;
 use super::unit::{ModelRecord, Unit, UnitRecord};
 use crate::error::BenchError;
-use crate::rigid_body::JointModel;
 use crate::rigid_body::parameters::Knowledge;
+use crate::rigid_body::{JointModel, RigidBodyForm, RigidBodyKind, Terms, shared};
 use crate::split::N_ROWS;
 
 /// Fits and scores the models of a unit; sequential.
@@ -38,9 +38,23 @@ fn model_record(
     training: &Training,
     model: MultiModel,
 ) -> Result<Option<ModelRecord>, BenchError> {
-    let Some(form) = model.rigid_body() else {
-        return Ok(None);
-    };
+    match model.rigid_body() {
+        None => Ok(None),
+        Some(RigidBodyKind::OfJoint(form)) => {
+            of_joint(unit, bench, training, model, form).map(Some)
+        }
+        Some(RigidBodyKind::OfRobot(terms)) => of_robot(unit, bench, training, terms).map(Some),
+    }
+}
+
+/// The unit's joint by itself.
+fn of_joint(
+    unit: &Unit,
+    bench: &Bench<'_>,
+    training: &Training,
+    model: MultiModel,
+    form: RigidBodyForm,
+) -> Result<ModelRecord, BenchError> {
     let samples = bench.states(unit.joint, &training.rows.concat());
     let start = Instant::now();
     let prior = JointModel::of_loads(unit.joint, Knowledge::Nominal, unit.n_contexts);
@@ -53,13 +67,41 @@ fn model_record(
     let means = fit.predict_mean_of_loads(&all)?;
     let seconds_predict = start.elapsed().as_secs_f64();
     let summary = fit.summary();
-    Ok(Some(ModelRecord {
+    Ok(ModelRecord {
         model,
-        log_marginal_likelihood: summary.log_marginal_likelihood,
+        log_marginal_likelihood: Some(summary.log_marginal_likelihood),
         seconds_fit,
         seconds_predict,
         task_factor: Vec::new(),
         scores: bench.scores(unit, &means)?,
         fits: vec![summary],
-    }))
+    })
+}
+
+/// All joints together, of which the unit's is predicted; the seconds of the fit are those of all.
+fn of_robot(
+    unit: &Unit,
+    bench: &Bench<'_>,
+    training: &Training,
+    terms: Terms,
+) -> Result<ModelRecord, BenchError> {
+    let loads: Vec<(usize, &[usize])> = (1..=unit.n_contexts)
+        .zip(training.rows.iter().map(Vec::as_slice))
+        .collect();
+    let samples = shared::samples(bench.data(), &loads);
+    let start = Instant::now();
+    let model = terms.learn(&samples)?;
+    let seconds_fit = start.elapsed().as_secs_f64();
+
+    let start = Instant::now();
+    let means = shared::joint_of(&model, unit.joint).predict_mean_of_all_contexts(bench.x_all())?;
+    Ok(ModelRecord {
+        model: MultiModel::Shared(terms),
+        log_marginal_likelihood: None,
+        seconds_fit,
+        seconds_predict: start.elapsed().as_secs_f64(),
+        task_factor: Vec::new(),
+        scores: bench.scores(unit, &means)?,
+        fits: Vec::new(),
+    })
 }

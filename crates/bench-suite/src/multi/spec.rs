@@ -11,6 +11,7 @@ use crate::cell::TestSet;
 use crate::dataset::N_JOINTS;
 use crate::error::BenchError;
 use crate::experiment_file::{self, check, experiment_files};
+use crate::rigid_body::Terms;
 use crate::spec::{MAX_SIZE, Profile, Prose, Selection, of_profile};
 use crate::split::UNIQUE;
 
@@ -159,8 +160,11 @@ impl MultiExperiment {
                     .copied()
                     .filter(|n| *n <= most)
                     .collect();
-                let models = [MultiModel::RigidBody, MultiModel::RigidBodyAndProcess];
+                let models = [MultiModel::RigidBodyAndProcess];
                 units.extend(self.grid(repeat, &scope.joints, &totals, &models));
+                // Units of their own: those of the others are kept as they were.
+                let shared = Terms::ALL.map(MultiModel::Shared);
+                units.extend(self.grid(repeat, &scope.joints, &totals, &shared));
             }
             if let Some(beyond) = &scope.beyond {
                 let models = chapters_models(&beyond.ranks);
@@ -254,7 +258,7 @@ mod tests {
             units.into_iter().partition(Unit::is_rigid_body);
         let (chapters, beyond): (Vec<&Unit>, Vec<&Unit>) =
             chapters.iter().partition(|unit| unit.n_total <= 1820);
-        assert_eq!((others.len(), chapters.len()), (48, 48));
+        assert_eq!((others.len(), chapters.len()), (96, 48));
         assert!(chapters.iter().all(|unit| unit.models.len() == 9));
         let beyond: Vec<(usize, usize)> = beyond.iter().map(|u| (u.joint, u.n_total)).collect();
         assert_eq!(beyond, [(3, 56_000)]);

@@ -38,6 +38,12 @@ impl Unit {
     pub fn is_rigid_body(&self) -> bool {
         self.models.iter().any(|model| model.rigid_body().is_some())
     }
+
+    /// Whether its models share parameters among the joints.
+    fn is_of_robot(&self) -> bool {
+        let is = |model: &MultiModel| matches!(model, MultiModel::Shared(_));
+        self.models.iter().any(is)
+    }
 }
 
 impl fmt::Display for Unit {
@@ -46,6 +52,9 @@ impl fmt::Display for Unit {
         write!(f, "joint {joint}, {m} contexts, n = {n}")?;
         if self.is_rigid_body() {
             f.write_str(", rigid body")?;
+        }
+        if self.is_of_robot() {
+            f.write_str(" of all joints")?;
         }
         match self.repeat {
             0 => Ok(()),
@@ -107,8 +116,9 @@ impl ContextScore {
 pub struct ModelRecord {
     /// The model.
     pub model: MultiModel,
-    /// Natural log of eq. (8) at the end, summed over all data.
-    pub log_marginal_likelihood: f64,
+    /// Natural log of eq. (8) at the end, summed over all data; none of a model in closed form.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub log_marginal_likelihood: Option<f64>,
     /// Wall-clock seconds of the fit; not reproducible.
     pub seconds_fit: f64,
     /// Wall-clock seconds of the predictions for all contexts; not reproducible.
@@ -117,7 +127,7 @@ pub struct ModelRecord {
     pub task_factor: Vec<Vec<f64>>,
     /// nMSE of every context, ascending.
     pub scores: Vec<ContextScore>,
-    /// The optimiser's reports: one a context for sGP, else one.
+    /// The optimiser's reports: one a context for sGP, none of a model in closed form, else one.
     pub fits: Vec<FitSummary>,
 }
 
@@ -187,7 +197,7 @@ pub(crate) mod tests {
         };
         ModelRecord {
             model,
-            log_marginal_likelihood,
+            log_marginal_likelihood: Some(log_marginal_likelihood),
             seconds_fit: 1.5,
             seconds_predict: 0.25,
             task_factor: Vec::new(),

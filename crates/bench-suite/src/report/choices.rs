@@ -95,7 +95,7 @@ fn beside(ours: &str, theirs: Option<String>) -> String {
 fn start(records: &[UnitRecord], repeat: usize, n: usize, joint: usize) -> String {
     let is_it =
         |r: &&UnitRecord| (r.unit.repeat, r.unit.n_total, r.unit.joint) == (repeat, n, joint);
-    let log = |record: &UnitRecord, model| record.of(model).map(|m| m.log_marginal_likelihood);
+    let log = |record: &UnitRecord, model| record.of(model)?.log_marginal_likelihood;
     let chosen = records.iter().filter(is_it).find_map(|record| {
         let independent = log(record, MultiModel::Independent)?;
         let pooled = log(record, MultiModel::Pooled)?;

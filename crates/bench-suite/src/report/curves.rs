@@ -8,6 +8,7 @@ use crate::multi::model::MultiModel;
 use crate::multi::ranks::Choices;
 use crate::multi::shared::SharedRecord;
 use crate::multi::unit::{ModelRecord, UnitRecord};
+use crate::rigid_body::Terms;
 
 /// A line of the figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,10 +23,10 @@ pub enum Series {
     TransferBic,
     /// The same with one K^ρ for all joints; not the chapter's.
     SharedBic,
-    /// rbd; not the chapter's.
-    RigidBody,
     /// rbd+gp; not the chapter's.
     RigidBodyAndProcess,
+    /// rbd as the command learns it, all joints together; not the chapter's.
+    Shared(Terms),
 }
 
 impl Series {
@@ -38,14 +39,15 @@ impl Series {
     ];
 
     /// Those that are drawn: the chapter's, and ours where they exist.
-    pub const DRAWN: [Self; 7] = [
+    pub const DRAWN: [Self; 8] = [
         Self::Single,
         Self::Independent,
         Self::Pooled,
         Self::TransferBic,
         Self::SharedBic,
-        Self::RigidBody,
         Self::RigidBodyAndProcess,
+        Self::Shared(Terms::Chosen),
+        Self::Shared(Terms::Signs),
     ];
 
     /// Name in tables, pictures and files.
@@ -56,8 +58,8 @@ impl Series {
             Self::Pooled => "pGP",
             Self::TransferBic => "mGP-BIC",
             Self::SharedBic => "mGP-one-K",
-            Self::RigidBody => "rbd",
             Self::RigidBodyAndProcess => "rbd+gp",
+            Self::Shared(terms) => terms.name(),
         }
     }
 
@@ -69,8 +71,8 @@ impl Series {
             Self::Pooled => unit.of(MultiModel::Pooled),
             Self::TransferBic => choices.chosen(unit),
             Self::SharedBic => None,
-            Self::RigidBody => unit.of(MultiModel::RigidBody),
             Self::RigidBodyAndProcess => unit.of(MultiModel::RigidBodyAndProcess),
+            Self::Shared(terms) => unit.of(MultiModel::Shared(terms)),
         }
     }
 }

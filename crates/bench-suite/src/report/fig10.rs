@@ -80,7 +80,7 @@ pub fn draw(curves: &Curves, set: TestSet, scale: Scale) -> Result<Picture, Benc
 /// Lines of a picture: those with a rigid-body model lie on the bottom of the chapter's axes.
 fn drawn(scale: Scale) -> impl Iterator<Item = Series> {
     let is_drawn = move |series: &Series| match series {
-        Series::RigidBody | Series::RigidBodyAndProcess => scale == Scale::Log,
+        Series::RigidBodyAndProcess | Series::Shared(_) => scale == Scale::Log,
         _ => true,
     };
     Series::DRAWN.into_iter().filter(is_drawn)

@@ -82,7 +82,7 @@ pub fn of_cells(records: &[CellRecord]) -> TextTable {
 pub fn of_units(records: &[UnitRecord]) -> TextTable {
     let mut groups = BTreeMap::new();
     for record in records {
-        for model in &record.models {
+        for model in record.models.iter().filter(|model| !model.fits.is_empty()) {
             let key = (model.model, record.unit.n_total);
             let counts = groups.entry(key).or_insert_with(Counts::default);
             model.fits.iter().for_each(|fit| counts.add(fit));

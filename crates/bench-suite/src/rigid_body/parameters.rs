@@ -54,19 +54,24 @@ fn of_arm(model: &Model, knowledge: Knowledge) -> ParameterPrior {
     ParameterPrior { mean, std }
 }
 
-/// The learner of a joint of the scenario's arm with one load: its last link may weigh some kilograms more.
-///
-/// With [`Knowledge::Nominal`] that of `torque-gp fit --model rbd --robot puma560`, from one start.
+/// The scenario's arm as a user names it: `--robot puma560`.
 ///
 /// # Panics
 /// Never: the built-in robot is one.
-pub fn learner(knowledge: Knowledge, form: RigidBodyForm, options: FitOptions) -> RigidBody {
+pub fn robot() -> Robot {
     let source = RobotSource {
         urdf: None,
         sidecar: None,
         gravity: None,
     };
-    let mut robot = Robot::new(source, "the scenario's arm").expect("the built-in robot is one");
+    Robot::new(source, "the scenario's arm").expect("the built-in robot is one")
+}
+
+/// The learner of a joint of the scenario's arm with one load: its last link may weigh some kilograms more.
+///
+/// With [`Knowledge::Nominal`] and a process that of `torque-gp fit --model rbd+gp --robot puma560`, from one start.
+pub fn learner(knowledge: Knowledge, form: RigidBodyForm, options: FitOptions) -> RigidBody {
+    let mut robot = robot();
     if knowledge == Knowledge::NoFriction {
         robot.effects.friction = Friction::None;
     }

@@ -4,10 +4,13 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
+use torque_model::{RobotModel, Samples};
+
 use super::trained::{Shelf, Trained};
 use super::training_set::TrainingSet;
 use crate::dataset::DataSet;
 use crate::error::BenchError;
+use crate::rigid_body::{Terms, shared};
 use crate::run::Reuse;
 use crate::shard::Shard;
 use crate::split::UNIQUE;
@@ -38,5 +41,21 @@ impl Bench {
     /// As for [`Shelf::trained`].
     pub fn trained(&self, set: &TrainingSet) -> Result<Arc<Trained>, BenchError> {
         self.shelf.trained(set, &self.data)
+    }
+
+    /// rbd of all joints and loads of a training set, learned now: that takes seconds.
+    ///
+    /// # Errors
+    /// `Model` if it cannot be learned.
+    pub fn shared(&self, terms: Terms, set: &TrainingSet) -> Result<RobotModel, BenchError> {
+        terms.learn(&self.samples_of_joints(set))
+    }
+
+    /// The samples of a training set with the torques of all joints, as a user has them.
+    pub fn samples_of_joints(&self, set: &TrainingSet) -> Samples {
+        let loads: Vec<(usize, Vec<usize>)> = (1..=set.n_contexts)
+            .map(|load| (load, set.rows(load)))
+            .collect();
+        shared::samples(&self.data, &loads)
     }
 }

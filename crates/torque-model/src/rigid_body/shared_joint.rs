@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use faer::MatRef;
+use faer::{Mat, MatRef};
 use gp_core::Prediction;
 
 use crate::error::TorqueError;
@@ -45,6 +45,19 @@ impl SharedJoint {
     /// The friction terms that it keeps.
     pub fn terms(&self) -> TermSet {
         self.terms
+    }
+
+    /// Means at states in every context, N·m: those of [`TorqueFunction::predict_mean`] to the bit.
+    ///
+    /// # Shapes
+    /// `x` (n, 3ℓ) as there; (n, contexts).
+    /// # Errors
+    /// As there.
+    pub fn predict_mean_of_all_contexts(
+        &self,
+        x: MatRef<'_, f64>,
+    ) -> Result<Mat<f64>, TorqueError> {
+        (self.posterior).predict_mean_in_all_contexts(self.joint_idx, x)
     }
 
     /// Its noise.

@@ -17,10 +17,12 @@ mod source;
 mod sweep;
 mod switch;
 
+use torque_model::RobotModel;
+
 use self::findings::Results;
 use self::plant::Plant;
 use self::settings::Settings;
-use self::source::{Desired, NEW_LOAD, Source, Sources};
+use self::source::{Desired, NEW_LOAD, Source, Sources, of_all_loads};
 use self::sweep::{Row, Sweep, integration_error};
 use self::switch::Switching;
 use super::bench::Bench;
@@ -51,6 +53,20 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
         campaign.parts(experiment, &sweeps, prepare, |sources, &load| {
             sweep(sources, &settings, load)
         })?;
+    let of_shared = (loads.iter().copied()).map(|load| {
+        Task::new(
+            format!("rbd of all loads, c{load} on all trajectories"),
+            (load, None),
+        )
+    });
+    let of_shared: Vec<Task<(usize, Option<TrajectoryId>)>> =
+        of_shared.chain(into_the_wall(&settings)).collect();
+    let of_shared: Option<Vec<Vec<Vec<Row>>>> = campaign.parts(
+        experiment,
+        &of_shared,
+        |bench| of_all_loads(bench, &set, settings.new_samples),
+        |model, &(load, wall)| sweep_of_shared(&plant, &settings, model, (load, wall)),
+    )?;
     let once = |label: &str| [Task::new(label, ())];
     let contact = campaign.parts(experiment, &once("the wall"), prepare, |sources, ()| {
         contact(sources, &settings)
@@ -64,10 +80,12 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let finer = campaign.parts(experiment, &once("finer steps"), prepare, |sources, ()| {
         check_integration(sources, &settings, loads[0])
     })?;
-    let found = rows.zip(contact).zip(switched).zip(finer);
-    let Some((((rows, contact), switched), finer)) = found else {
+    let found = rows.zip(of_shared).zip(contact).zip(switched).zip(finer);
+    let Some(((((mut rows, mut of_shared), mut contact), switched), finer)) = found else {
         return Ok(None);
     };
+    contact.extend(of_shared.split_off(loads.len()).concat());
+    rows.extend(of_shared);
 
     let results = Results {
         integration_error: finer.into_iter().sum(),
@@ -114,15 +132,41 @@ fn sweep(
 ) -> Result<Vec<Vec<Row>>, BenchError> {
     let learned = sources.learn(load)?;
     let sweep = Sweep {
-        sources,
+        plant: sources.plant,
         settings,
         wall: None,
     };
     let rows = settings
         .followed
         .iter()
-        .map(|id| sweep.rows(*id, &[&learned]));
+        .map(|id| sweep.rows(sources, *id, &[&learned]));
     rows.collect()
+}
+
+/// The run of rbd into the wall; none if its load is not among those that are carried.
+fn into_the_wall(settings: &Settings) -> Option<Task<(usize, Option<TrajectoryId>)>> {
+    let (load, id) = (settings.wall.load, settings.wall.trajectory);
+    let task = || Task::new("rbd of all loads, the wall", (load, Some(id)));
+    settings.loads.contains(&load).then(task)
+}
+
+/// Runs of rbd under a load, on each trajectory, or on one into the wall.
+fn sweep_of_shared(
+    plant: &Plant,
+    settings: &Settings,
+    model: &RobotModel,
+    (load, walled): (usize, Option<TrajectoryId>),
+) -> Result<Vec<Vec<Row>>, BenchError> {
+    let wall = walled.map(|id| plant.wall(id.path_idx, &settings.wall));
+    let sweep = Sweep {
+        plant,
+        settings,
+        wall: wall.as_ref(),
+    };
+    let followed = walled.map_or_else(|| settings.followed.clone(), |id| vec![id]);
+    let rows = followed.into_iter();
+    rows.map(|id| sweep.rows_of_shared(model, id, load))
+        .collect()
 }
 
 /// The change of the errors that a finer integration makes, on the last trajectory.
@@ -153,14 +197,14 @@ fn contact(sources: &Sources<'_>, settings: &Settings) -> Result<Vec<Row>, Bench
     let id = settings.wall.trajectory;
     let wall = sources.plant.wall(id.path_idx, &settings.wall);
     let sweep = Sweep {
-        sources,
+        plant: sources.plant,
         settings,
         wall: Some(&wall),
     };
     if !settings.loads.contains(&settings.wall.load) {
         return Ok(Vec::new());
     }
-    sweep.rows(id, &[&sources.learn(settings.wall.load)?])
+    sweep.rows(sources, id, &[&sources.learn(settings.wall.load)?])
 }
 
 /// Changes of load in mid-motion.

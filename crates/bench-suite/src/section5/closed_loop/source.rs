@@ -7,7 +7,8 @@ use puma_dyn::motion::{
     FeedForward, GravityFeedForward, JointState, ModelFeedForward, NoFeedForward, Tick,
 };
 use serde::{Deserialize, Serialize};
-use torque_model::{Adapt, RobotModel, TaskProcess, TorqueFunction, adapt_joint};
+use torque_model::rigid_body::SharedJoint;
+use torque_model::{Adapt, RobotModel, TaskProcess, TorqueFunction, adapt, adapt_joint};
 
 use super::plant::Plant;
 use crate::cell::ModelKind;
@@ -17,7 +18,7 @@ use crate::models::Fitted;
 use crate::multi::draw::nested;
 use crate::rigid_body::parameters::Knowledge;
 use crate::rigid_body::rows::States;
-use crate::rigid_body::{JointModel, RigidBodyFit, RigidBodyForm};
+use crate::rigid_body::{JointModel, RigidBodyFit, RigidBodyForm, Terms, shared};
 use crate::section5::bench::Bench;
 use crate::section5::trained::{Trained, process_of};
 use crate::section5::training_set::{SPLIT_SEED, TrainingSet};
@@ -47,13 +48,30 @@ pub enum Source {
     RigidBody,
     /// The same with a rigid-body model that knows no friction.
     NoFriction,
+    /// rbd of all loads, as the command learns it; for c15, adapted to its samples.
+    Shared,
     /// The simulated arm itself.
     Exact,
 }
 
 impl Source {
     /// All, in the order of the tables.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
+        Self::Nothing,
+        Self::Gravity,
+        Self::Lr,
+        Self::Gp,
+        Self::Igp,
+        Self::Mgp,
+        Self::NoFriction,
+        Self::RigidBody,
+        Self::Shared,
+        Self::Exact,
+    ];
+
+    /// Those that are learned or known for each load by itself; the runs of rbd, which learns all loads at once, are
+    /// parts of their own.
+    pub const OF_EACH_LOAD: [Self; 9] = [
         Self::Nothing,
         Self::Gravity,
         Self::Lr,
@@ -76,6 +94,7 @@ impl Source {
             Self::Mgp => "mGP",
             Self::RigidBody => "rbd+gp",
             Self::NoFriction => "rbd¬f+gp",
+            Self::Shared => Terms::Chosen.name(),
             Self::Exact => "exact",
         }
     }
@@ -159,23 +178,60 @@ impl Learned {
     }
 }
 
+/// Rows that a load, from 1, is learned from.
+fn samples_of(load: usize, set: &TrainingSet, new_samples: usize) -> Vec<usize> {
+    if load == NEW_LOAD {
+        let split = Split::draw(SPLIT_SEED, load);
+        return nested(&split, SEED, load, 0, new_samples);
+    }
+    set.rows(load)
+}
+
+/// rbd of all known loads and of c15, which it adapts to.
+///
+/// # Errors
+/// `Model` if it cannot be learned.
+pub fn of_all_loads(
+    bench: &Bench,
+    set: &TrainingSet,
+    new_samples: usize,
+) -> Result<RobotModel, BenchError> {
+    let known = bench.shared(Terms::Chosen, set)?;
+    let new = [(NEW_LOAD, samples_of(NEW_LOAD, set, new_samples))];
+    let samples = shared::samples(&bench.data, &new);
+    let provenance = known.provenance().clone();
+    Ok(adapt(
+        &known,
+        "c15",
+        &samples,
+        Adapt::default(),
+        provenance,
+    )?)
+}
+
+/// Torques of [`of_all_loads`] under a load, from 1, at the desired states.
+///
+/// # Errors
+/// States that are not finite.
+pub fn shared_table(
+    model: &RobotModel,
+    load: usize,
+    x: MatRef<'_, f64>,
+) -> Result<TorqueTable, BenchError> {
+    let joints: Vec<&SharedJoint> = (1..=N_JOINTS)
+        .map(|joint| shared::joint_of(model, joint))
+        .collect();
+    let torques = columns(&joints, |joint| Ok(joint.predict_mean(load - 1, x)?))?;
+    Ok(TorqueTable(torques))
+}
+
 impl Sources<'_> {
     /// Learns a load, from 1, from its samples: those of the training set, or for c15 its own few.
     ///
     /// # Errors
     /// `Fit`, `MultiTask`.
     pub fn learn(&self, load: usize) -> Result<Learned, BenchError> {
-        let rows = if load == NEW_LOAD {
-            nested(
-                &Split::draw(SPLIT_SEED, load),
-                SEED,
-                load,
-                0,
-                self.new_samples,
-            )
-        } else {
-            self.set.rows(load)
-        };
+        let rows = samples_of(load, self.set, self.new_samples);
         let x = self.bench.data.x(&rows);
         let mut learned = Learned {
             load,
@@ -206,7 +262,8 @@ impl Sources<'_> {
         Ok(learned)
     }
 
-    /// Torques of a source at the desired states; none if it does not know the load.
+    /// Torques of a source at the desired states; none if it does not know the load, and of [`Source::Shared`], whose are
+    /// [`shared_table`]'s.
     ///
     /// # Errors
     /// `Fit`, `MultiTask`, `Dynamics`.
@@ -236,6 +293,7 @@ impl Sources<'_> {
             Source::Mgp if load == NEW_LOAD => columns(&learned.adapted, |adapted| {
                 Ok(adapted.predict_mean(self.set.n_contexts, x)?)
             })?,
+            Source::Shared => return Ok(None),
             Source::Igp if load == NEW_LOAD => return Ok(None),
             Source::Igp => means(&self.trained.igp, load - 1, x)?,
             Source::Mgp => means(&self.trained.mgp, load - 1, x)?,

@@ -3,10 +3,11 @@
 use puma_dyn::motion::{CompliantWall, ReferenceMotion};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use torque_model::RobotModel;
 
 use super::plant::{Control, Outcome, Plant, Run};
 use super::settings::Settings;
-use super::source::{Desired, Learned, NEW_LOAD, Source, Sources, TorqueTable};
+use super::source::{Desired, Learned, NEW_LOAD, Source, Sources, TorqueTable, shared_table};
 use crate::error::BenchError;
 use crate::split::TrajectoryId;
 
@@ -25,7 +26,7 @@ pub struct Row {
 
 /// A trajectory with the loads that are carried along it.
 pub struct Sweep<'a> {
-    pub sources: &'a Sources<'a>,
+    pub plant: &'a Plant,
     pub settings: &'a Settings,
     pub wall: Option<&'a CompliantWall>,
 }
@@ -35,23 +36,44 @@ impl Sweep<'_> {
     ///
     /// # Errors
     /// `Fit`, `MultiTask`, `Dynamics`.
-    pub fn rows(&self, id: TrajectoryId, learned: &[&Learned]) -> Result<Vec<Row>, BenchError> {
-        let reference = self.sources.plant.reference(id)?;
-        let desired = Desired::of(self.sources.plant.desired(&reference)?.as_ref());
+    pub fn rows(
+        &self,
+        sources: &Sources<'_>,
+        id: TrajectoryId,
+        learned: &[&Learned],
+    ) -> Result<Vec<Row>, BenchError> {
+        let reference = self.plant.reference(id)?;
+        let desired = Desired::of(self.plant.desired(&reference)?.as_ref());
         let jobs: Vec<(&Learned, Source)> = learned
             .iter()
-            .flat_map(|learned| Source::ALL.map(|source| (*learned, source)))
+            .flat_map(|learned| Source::OF_EACH_LOAD.map(|source| (*learned, source)))
             .collect();
         let rows: Vec<Vec<Row>> = jobs
             .into_par_iter()
             .map(|(learned, source)| {
-                let table = self.sources.table(source, learned, &desired)?;
+                let table = sources.table(source, learned, &desired)?;
                 table.map_or(Ok(Vec::new()), |table| {
                     self.gains(&id.to_string(), &reference, learned.load(), source, &table)
                 })
             })
             .collect::<Result<_, BenchError>>()?;
         Ok(rows.concat())
+    }
+
+    /// All gains along a trajectory under a load, from 1, with rbd of all loads.
+    ///
+    /// # Errors
+    /// `Model`, `Dynamics`.
+    pub fn rows_of_shared(
+        &self,
+        model: &RobotModel,
+        id: TrajectoryId,
+        load: usize,
+    ) -> Result<Vec<Row>, BenchError> {
+        let reference = self.plant.reference(id)?;
+        let x = self.plant.desired(&reference)?;
+        let table = shared_table(model, load, x.as_ref())?;
+        self.gains(&id.to_string(), &reference, load, Source::Shared, &table)
     }
 
     fn gains(
@@ -62,7 +84,7 @@ impl Sweep<'_> {
         source: Source,
         table: &TorqueTable,
     ) -> Result<Vec<Row>, BenchError> {
-        let plant = self.sources.plant;
+        let plant = self.plant;
         let run = Run {
             reference,
             context: plant.context(load)?,

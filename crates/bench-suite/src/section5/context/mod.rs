@@ -7,6 +7,7 @@ mod confusion;
 mod counts;
 mod picture;
 mod settings;
+mod shared;
 mod switching;
 mod trials;
 mod unknown;
@@ -39,7 +40,8 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
         |(bench, trained), place| place.trials(&trained.mgp, &bench.data, &settings),
     )?;
     let changes = switching::outcomes(experiment, campaign, &set, &settings)?;
-    let Some((trials, changes)) = trials.zip(changes) else {
+    let of_shared = shared::trials(experiment, campaign, &set, &settings)?;
+    let Some(((trials, changes), of_shared)) = trials.zip(changes).zip(of_shared) else {
         return Ok(None);
     };
 
@@ -48,5 +50,6 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     confusion::report(&trials, &settings, &mut section)?;
     unknown::report(&trials, &settings, &mut section)?;
     switching::report(&changes, &settings, &mut section);
+    shared::report(&of_shared, &settings, &mut section);
     Ok(Some(section))
 }

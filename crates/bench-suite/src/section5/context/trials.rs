@@ -46,7 +46,7 @@ pub struct Place {
     /// Which place on this trajectory, from 0.
     pub number: usize,
     /// Rows of the data set, as many as the longest trial has samples.
-    rows: Vec<usize>,
+    pub(super) rows: Vec<usize>,
 }
 
 /// The torques of one load at a place with one noise.
@@ -148,7 +148,8 @@ impl Place {
         Ok(trials)
     }
 
-    fn empty(&self, n_known: usize, settings: &Settings) -> Vec<Trial> {
+    /// The trials of all 15 loads and all noises, without what the torques say.
+    pub(super) fn empty(&self, n_known: usize, settings: &Settings) -> Vec<Trial> {
         let nothing = Evidence {
             known: vec![0.0; n_known],
             novel: 0.0,
@@ -169,7 +170,13 @@ impl Place {
     }
 
     /// Adds the trial's noise; each trial and joint has a stream of its own.
-    fn add_noise(&self, trial: &Trial, joint_idx: usize, settings: &Settings, torques: &mut [f64]) {
+    pub(super) fn add_noise(
+        &self,
+        trial: &Trial,
+        joint_idx: usize,
+        settings: &Settings,
+        torques: &mut [f64],
+    ) {
         let noise_std = settings.torque_noise[trial.noise_idx];
         let label = format!(
             "noise{}/{}/{}/{}/c{}/joint{}",

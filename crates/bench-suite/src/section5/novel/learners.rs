@@ -15,6 +15,7 @@ use crate::cell::ModelKind;
 use crate::error::BenchError;
 use crate::metrics::nmse;
 use crate::models::Fitted;
+use crate::rigid_body::Terms;
 use crate::section5::trained::{Trained, process_of};
 
 /// Known rows that a search for the new one sets out from, beside least squares.
@@ -37,13 +38,17 @@ pub enum Learner {
     Pooled,
     /// The known load that eq. (21) says.
     Nearest,
+    /// rbd of the known loads, whose arm and friction are learned, given the new torques.
+    Shared,
+    /// The same with signs for friction, as the arm is simulated.
+    SharedSigns,
     /// Ten inertial parameters, all else known.
     Physics,
 }
 
 impl Learner {
     /// All, in the order of the tables.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Mgp,
         Self::RowOnly,
         Self::OwnFunction,
@@ -51,6 +56,8 @@ impl Learner {
         Self::Alone,
         Self::Pooled,
         Self::Nearest,
+        Self::Shared,
+        Self::SharedSigns,
         Self::Physics,
     ];
 
@@ -64,6 +71,8 @@ impl Learner {
             Self::Alone => "GPc",
             Self::Pooled => "pGP",
             Self::Nearest => "nearest",
+            Self::Shared => Terms::Chosen.name(),
+            Self::SharedSigns => Terms::Signs.name(),
             Self::Physics => "physics",
         }
     }
@@ -79,7 +88,7 @@ pub struct Score {
     /// From 1.
     pub joint: usize,
     pub nmse: f64,
-    /// Wall-clock seconds of learning this joint, mGP alone; not reproducible.
+    /// Wall-clock seconds of learning this joint, mGP and rbd alone; not reproducible.
     pub seconds: f64,
 }
 
@@ -91,7 +100,7 @@ pub struct Learners<'a> {
 }
 
 impl Learners<'_> {
-    /// Scores of all learners and joints; a learner that cannot learn from so few has none.
+    /// Scores of all joints and of all learners but those of [`super::shared`]; a learner that cannot learn from so few has none.
     ///
     /// # Errors
     /// `MultiTask` or `Fit` if an adaptation fails, `Decomposition`, those of [`nmse`].

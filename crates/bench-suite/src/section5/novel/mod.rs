@@ -7,6 +7,7 @@ mod case;
 mod learners;
 mod physics;
 mod picture;
+mod shared;
 mod table;
 
 use self::case::{Case, Samples, Settings, Test};
@@ -20,6 +21,7 @@ use super::training_set::{SPLIT_SEED, TrainingSet};
 use crate::data_figures::section::{Made, Section};
 use crate::dataset::N_JOINTS;
 use crate::multi::draw::nested;
+use crate::rigid_body::Terms;
 use crate::section_experiment::SectionExperiment;
 use crate::seed::stream;
 use crate::split::Split;
@@ -52,10 +54,27 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
             learners.scores(&samples(*case, &settings, &split, bench), *case)
         },
     )?;
-    let Some(scores) = scores else {
+    let of_robot: Option<Vec<Vec<Score>>> = campaign.parts(
+        experiment,
+        &cases_of_robot(&settings),
+        |bench| {
+            let set = TrainingSet::of_table_2(settings.n_total);
+            let known = Terms::ALL.map(|terms| bench.shared(terms, &set));
+            let [chosen, signs] = known;
+            let known = [(Terms::Chosen, chosen?), (Terms::Signs, signs?)];
+            Ok((bench, known, test(bench, &settings, &split)))
+        },
+        |(bench, known, test), (terms, case)| {
+            let samples = samples(*case, &settings, &split, bench);
+            let model = known.iter().find(|(of, _)| of == terms);
+            let (terms, model) = model.expect("a model for all terms");
+            shared::scores((*terms, model), &samples, test, *case)
+        },
+    )?;
+    let Some((scores, of_robot)) = scores.zip(of_robot) else {
         return Ok(None);
     };
-    let scores = scores.concat();
+    let scores = [scores, of_robot].concat().concat();
 
     let mut section = Section::default();
     table::report(&scores, &settings, &mut section);
@@ -91,6 +110,18 @@ fn cases(settings: &Settings) -> Vec<Task<Case>> {
         }
     }
     cases
+}
+
+/// Those of rbd, which are parts of their own: it learns all joints at once.
+fn cases_of_robot(settings: &Settings) -> Vec<Task<(Terms, Case)>> {
+    let of_terms = |terms: Terms| {
+        let cases = cases(settings).into_iter();
+        cases.map(move |of| {
+            let label = format!("{}, {}", terms.name(), of.label);
+            Task::new(label, (terms, of.task)).costing(of.cost)
+        })
+    };
+    Terms::ALL.into_iter().flat_map(of_terms).collect()
 }
 
 /// The first samples of a draw; those of a smaller number are among those of a larger one.
