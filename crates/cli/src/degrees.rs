@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use puma_dyn::Model;
 use puma_dyn::robot::{JointKind, Limits};
 
+use crate::joints::Joints;
 use crate::number_column::NumberColumn;
 
 /// Counts of unlikely positions, column by column.
@@ -17,6 +18,7 @@ struct Column {
     name: String,
     joint: String,
     limits: Option<Limits>,
+    /// Whether more than a turn is unlikely.
     is_angle: bool,
     beyond_turn: u64,
     outside_limits: u64,
@@ -44,17 +46,25 @@ impl DegreesWatch {
         }
     }
 
-    /// A watch over positions of a robot that is not known: all may be angles, and none has limits.
-    pub fn without_robot(positions: &[NumberColumn]) -> Self {
-        let columns = positions.iter().map(|column| Column {
-            name: column.name.clone(),
-            joint: column.joint.clone(),
-            limits: None,
-            is_angle: true,
-            beyond_turn: 0,
-            outside_limits: 0,
-            largest: 0.0,
-        });
+    /// A watch over positions without limits: all may be angles but those that are known to slide, and those that are
+    /// known to turn without end may be many turns away.
+    pub fn without_limits(positions: &[NumberColumn], joints: &Joints) -> Self {
+        let has_turns = |joint_idx: usize| {
+            let kind = joints.kind(joint_idx);
+            matches!(kind, Some(JointKind::Prismatic | JointKind::Continuous))
+        };
+        let columns = positions
+            .iter()
+            .enumerate()
+            .map(|(joint_idx, column)| Column {
+                name: column.name.clone(),
+                joint: column.joint.clone(),
+                limits: None,
+                is_angle: !has_turns(joint_idx),
+                beyond_turn: 0,
+                outside_limits: 0,
+                largest: 0.0,
+            });
         Self {
             columns: columns.collect(),
             n_rows: 0,

@@ -7,17 +7,20 @@
 //! length_scales = [0.5, 0.7, …]           # one per covariate, in its unit
 //! coulomb_std = [1.0, 0.1, …]             # one per joint, N·m; without it: no Coulomb friction
 //! noise_std = 0.01                        # N·m
+//! continuous = ["wrist"]                  # joints that turn without end, if there are any: u in N·m, l of the chord, no unit
 //! ```
 //! Data of several contexts needs more: see `context_hyperparameters.rs`.
 
 use std::path::Path;
 
-use kernels::{Covariance, TorqueCovariance, TorqueForm};
+use kernels::{ContinuousJoints, Covariance, TorqueCovariance, TorqueForm};
 use mtgp::{MtgpError, MultiTaskCovariance, TaskCovariance, TaskFactor};
 use serde::{Deserialize, Serialize};
 
 use crate::context_hyperparameters::{check, full_rows, lambda, rank};
 use crate::error::CliError;
+use crate::header_joints::chosen;
+use crate::joints::Joints;
 use crate::noise_std::NoiseStd;
 use crate::toml_fault::fault;
 
@@ -44,15 +47,18 @@ pub struct Hyperparameters {
     /// Λ by rows, one for each context.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub task_factor: Option<Vec<Vec<f64>>>,
+    /// Names of the joints that turn without end; never in a derivative.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub continuous: Option<Vec<String>>,
 }
 
 impl Hyperparameters {
-    /// Reads a file for a robot with so many joints.
+    /// Reads a file for data of these joints.
     ///
     /// # Errors
     /// A file that cannot be read or is not such a TOML, a list of the wrong length, a number that is not finite,
-    /// negative, or zero where that has no meaning.
-    pub fn load(path: &Path, n_joints: usize) -> Result<Self, CliError> {
+    /// negative, or zero where that has no meaning, a joint that there is not.
+    pub fn load(path: &Path, joints: &Joints) -> Result<Self, CliError> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path).map_err(CliError::io("read", file.clone()))?;
         let refuse = |reason: String| CliError::Hyperparameters {
@@ -60,7 +66,10 @@ impl Hyperparameters {
             reason,
         };
         let parsed: Self = toml::from_str(&text).map_err(|error| refuse(fault(&text, &error)))?;
-        parsed.check(n_joints).map_err(refuse)?;
+        parsed.check(joints.names.len()).map_err(refuse)?;
+        parsed
+            .continuous(joints)
+            .map_err(|cause| refuse(cause.to_string()))?;
         Ok(parsed)
     }
 
@@ -76,40 +85,52 @@ impl Hyperparameters {
             noise_std: NoiseStd::Shared(noise_std),
             contexts: None,
             task_factor: None,
+            continuous: None,
         }
+    }
+
+    /// The joints that turn without end.
+    fn continuous(&self, joints: &Joints) -> Result<ContinuousJoints, CliError> {
+        let names = self.continuous.as_deref().unwrap_or_default();
+        Ok(ContinuousJoints::of(chosen(
+            "`continuous`:",
+            names,
+            joints,
+        )?))
     }
 
     /// The covariance function, without the noise.
     ///
+    /// # Errors
+    /// None for hyperparameters that were read from a file for these joints.
     /// # Panics
-    /// If `n_joints` is zero or the lists are not for so many joints.
-    pub fn covariance(&self, n_joints: usize) -> TorqueCovariance {
+    /// If there is no joint or the lists are not for so many.
+    pub fn covariance(&self, joints: &Joints) -> Result<TorqueCovariance, CliError> {
         let form = match self.coulomb_std {
             None => TorqueForm::Smooth,
             Some(_) => TorqueForm::Coulomb,
         };
-        let mut covariance = TorqueCovariance::unit(n_joints, form);
+        let unit = TorqueCovariance::unit(joints.names.len(), form);
+        let of_joints = unit.with_continuous(self.continuous(joints)?);
+        let mut covariance = of_joints.map_err(|cause| CliError::Usage(cause.to_string()))?;
         // Not by its constructor, which refuses the zeros that switch a term off.
         covariance.set_params(&self.theta());
-        covariance
+        Ok(covariance)
     }
 
-    /// The covariance of several contexts, without the noise; `None` if the file names none.
+    /// The covariance of several contexts with `input` between states, without the noise; `None` if the file names none.
     ///
     /// # Errors
     /// None for hyperparameters that were read from a file.
-    /// # Panics
-    /// As for [`Hyperparameters::covariance`].
     pub fn task_covariance(
         &self,
-        n_joints: usize,
+        input: &TorqueCovariance,
     ) -> Result<Option<MultiTaskCovariance>, MtgpError> {
         let Some(rows) = &self.task_factor else {
             return Ok(None);
         };
         let task = TaskCovariance::Factor(TaskFactor::new(lambda(rows))?);
-        let input = self.covariance(n_joints);
-        Ok(Some(MultiTaskCovariance::new(input, task)))
+        Ok(Some(MultiTaskCovariance::new(input.clone(), task)))
     }
 
     /// The numbers of a gradient in the order (θ^x, free entries of Λ, noise), under the names of these values.
@@ -132,6 +153,7 @@ impl Hyperparameters {
             contexts: None,
             task_factor: (self.task_factor.as_ref())
                 .map(|rows| full_rows(rows.len(), rank(rows), of_factor)),
+            continuous: None,
         }
     }
 

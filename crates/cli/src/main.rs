@@ -15,6 +15,7 @@ mod context;
 mod context_column;
 mod context_hyperparameters;
 mod context_prior;
+mod continuous;
 mod data_args;
 mod degrees;
 mod error;

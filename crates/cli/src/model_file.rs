@@ -97,7 +97,8 @@ impl ModelFile {
 
     /// The joints, for reading a table of their states.
     pub fn joints(&self) -> Joints {
-        Joints::by_name("model", self.joint_names().to_vec())
+        let joints = Joints::by_name("model", self.joint_names().to_vec());
+        joints.with_continuous(self.continuous())
     }
 
     /// Indices of the joints that have a model, ascending.

@@ -115,7 +115,7 @@ impl<'a> RobotRequest<'a> {
     /// A file that does not exist or is refused, a sidecar for the built-in robot, and with `--strict` every
     /// warning about the robot.
     pub fn load(self) -> Result<Robot, CliError> {
-        let (description, mut model, friction) = if self.robot == Path::new(PUMA_560) {
+        let (description, mut model, friction) = if self.is_built_in() {
             self.built_in()?
         } else {
             self.urdf_file()?
@@ -158,12 +158,18 @@ impl<'a> RobotRequest<'a> {
             let file = path.display().to_string();
             std::fs::read_to_string(path).map_err(CliError::io("read", file))
         };
-        let is_built_in = self.robot == Path::new(PUMA_560);
         Ok(RobotSource {
-            urdf: (!is_built_in).then(|| read(self.robot)).transpose()?,
+            urdf: (!self.is_built_in())
+                .then(|| read(self.robot))
+                .transpose()?,
             sidecar: self.details.sidecar.as_deref().map(read).transpose()?,
             gravity: self.details.gravity,
         })
+    }
+
+    /// Whether it is the built-in arm.
+    pub fn is_built_in(self) -> bool {
+        self.robot == Path::new(PUMA_560)
     }
 
     /// Files that this robot is read from.

@@ -1,7 +1,7 @@
 //! Measured states and torques, read whole: what a model is learned from or judged by.
 
 use faer::Mat;
-use torque_model::{JointTorques, Samples};
+use torque_model::{ContinuousJoints, JointTorques, Samples};
 
 use crate::columns::StateColumns;
 use crate::context::ContextFilter;
@@ -163,6 +163,15 @@ impl DataColumns {
         })
     }
 
+    /// The same columns, of which some joints are known to turn without end.
+    #[must_use]
+    pub fn with_continuous(self, continuous: &ContinuousJoints) -> Self {
+        Self {
+            joints: self.joints.with_continuous(continuous),
+            ..self
+        }
+    }
+
     /// Reads all rows of one context.
     ///
     /// # Errors
@@ -202,7 +211,8 @@ impl DataColumns {
         mut admits: impl FnMut(Row<'_>) -> Result<bool, CliError>,
     ) -> Result<Data, CliError> {
         let (n_covariates, n_joints) = (self.states.states.len(), self.joints.names.len());
-        let mut degrees = DegreesWatch::without_robot(&self.states.states[..n_joints]);
+        let mut degrees =
+            DegreesWatch::without_limits(&self.states.states[..n_joints], &self.joints);
         let log = LogColumns::find(table.file(), &table.column_names(), &self.joints)?;
         let mut timeline = TimelineRows::new(log, n_joints);
         let mut q = vec![0.0; n_joints];
@@ -235,6 +245,7 @@ impl DataColumns {
                 .map(|(joint_idx, values)| JointTorques { joint_idx, values })
                 .collect(),
             timeline: timeline.into_timeline(),
+            continuous: ContinuousJoints::none(),
         };
         let mut doubts = degrees.doubts();
         doubts.extend(self.unfinished.clone());

@@ -4,6 +4,7 @@
 
 mod command;
 mod contexts;
+mod continuous;
 mod control;
 mod inverse_dynamics;
 mod known_loads;

@@ -121,8 +121,8 @@ fn what_does_not_go_together() {
             "--model rbd needs the robot whose parameters it learns: --robot FILE.urdf or puma560",
         ),
         (
-            "gpc --robot puma560",
-            "--robot goes with --model rbd and rbd+gp, not gpc",
+            "lrc --robot puma560",
+            "--robot goes with --model rbd and rbd+gp, and with gpc, gp, mgp, igp and pgp for its continuous joints, not lrc",
         ),
         (
             "rbd --robot puma560 --rank 2",

@@ -3,7 +3,7 @@
 use faer::{Mat, mat};
 use gp_core::fit::{chapter_start, fit_from};
 use gp_core::{BayesLinear, FitOptions, GpError, LinearForm, Posterior, fit};
-use kernels::{TorqueCovariance, TorqueForm};
+use kernels::{ContinuousJoints, TorqueCovariance, TorqueForm};
 
 use crate::samples::uniform_inputs;
 
@@ -120,7 +120,13 @@ fn starts_of_another_robot_and_no_starts_are_errors() {
     let (one_joint, two_joints) = (uniform_inputs(5, 6, 3), uniform_inputs(5, 6, 6));
     let targets = [1.0, -1.0, 2.0, 0.5, 0.0, 1.5];
     let options = FitOptions::several();
-    let other = chapter_start(two_joints.as_ref(), &targets, TorqueForm::Coulomb).unwrap();
+    let other = chapter_start(
+        two_joints.as_ref(),
+        &targets,
+        TorqueForm::Coulomb,
+        &ContinuousJoints::none(),
+    )
+    .unwrap();
     let error = fit_from(one_joint.as_ref(), &targets, &[other], &options).unwrap_err();
     let expected = GpError::WrongCovariates {
         found: 3,
@@ -141,7 +147,13 @@ fn starts_of_another_robot_and_no_starts_are_errors() {
 fn starts_that_fail_alike_say_why() {
     let x = uniform_inputs(5, 6, 3);
     let targets = [1.0, -1.0, 2.0, 0.5, 0.0, 1.5];
-    let mut start = chapter_start(x.as_ref(), &targets, TorqueForm::Coulomb).unwrap();
+    let mut start = chapter_start(
+        x.as_ref(),
+        &targets,
+        TorqueForm::Coulomb,
+        &ContinuousJoints::none(),
+    )
+    .unwrap();
     let mut params = start.covariance.named_params();
     params.signal_std = 1e9;
     start.covariance = TorqueCovariance::new(params).unwrap();

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod constant;
+mod continuous;
 mod coulomb;
 mod covariance;
 mod error;
@@ -20,6 +21,7 @@ mod torque;
 mod torque_params;
 
 pub use constant::Constant;
+pub use continuous::{ContinuousJoints, Embedded};
 pub use coulomb::{Coulomb, sgn};
 pub use covariance::Covariance;
 pub use error::KernelError;

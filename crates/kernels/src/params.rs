@@ -218,6 +218,13 @@ impl ParamLayout {
         self
     }
 
+    /// The first `count` hyperparameters.
+    #[must_use]
+    pub fn first(mut self, count: usize) -> Self {
+        self.specs.truncate(count);
+        self
+    }
+
     /// The hyperparameters, in θ order.
     pub fn specs(&self) -> &[ParamSpec] {
         &self.specs

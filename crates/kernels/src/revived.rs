@@ -2,6 +2,7 @@
 
 use faer::MatRef;
 
+use crate::continuous::ContinuousJoints;
 use crate::torque_params::TorqueParams;
 
 /// Raises weights and lowers length scales to where each adds `amplitude` to the function.
@@ -11,7 +12,15 @@ use crate::torque_params::TorqueParams;
 /// ```
 /// as ½ v² ⟨(x_j − x′_j)²⟩/l_j² = a² for two samples at random.
 /// A covariate that is the same in all samples is left alone.
-pub(crate) fn revive(params: &mut TorqueParams, x: MatRef<'_, f64>, amplitude: f64) {
+/// Of the angle of a continuous joint ⟨x_j²⟩ is 1, and the spread that of its places in the plane.
+pub(crate) fn revive(
+    params: &mut TorqueParams,
+    continuous: &ContinuousJoints,
+    x: MatRef<'_, f64>,
+    amplitude: f64,
+) {
+    let (embedded, d) = (continuous.embed(x), x.ncols());
+    let moments = |column| moments(embedded.as_ref(), continuous.columns_of(column, d));
     let raise = |weight: &mut f64, least: f64| {
         if least.is_finite() {
             *weight = weight.max(least);
@@ -23,23 +32,26 @@ pub(crate) fn revive(params: &mut TorqueParams, x: MatRef<'_, f64>, amplitude: f
         raise(weight, amplitude);
     }
     for (column, weight) in params.linear_std.iter_mut().enumerate() {
-        raise(weight, amplitude / moments(x, column).0);
+        raise(weight, amplitude / moments(column).0);
     }
     for (column, length_scale) in params.length_scales.iter_mut().enumerate() {
-        let most = params.signal_std * moments(x, column).1 / amplitude;
+        let most = params.signal_std * moments(column).1 / amplitude;
         if most > 0.0 && most.is_finite() {
             *length_scale = length_scale.min(most);
         }
     }
 }
 
-/// Root mean square and standard deviation of a column.
-fn moments(x: MatRef<'_, f64>, column: usize) -> (f64, f64) {
-    let n = x.nrows() as f64;
-    let values = || (0..x.nrows()).map(|row| x[(row, column)]);
-    let mean = values().sum::<f64>() / n;
-    let mean_square = values().map(|v| v * v).sum::<f64>() / n;
-    let variance = values().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n;
+/// Root mean square and standard deviation of a column, or of the points that some columns are the coordinates of.
+fn moments(z: MatRef<'_, f64>, columns: impl Iterator<Item = usize>) -> (f64, f64) {
+    let n = z.nrows() as f64;
+    let (mut mean_square, mut variance) = (0.0, 0.0);
+    for column in columns {
+        let values = || (0..z.nrows()).map(|row| z[(row, column)]);
+        let mean = values().sum::<f64>() / n;
+        mean_square += values().map(|v| v * v).sum::<f64>() / n;
+        variance += values().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n;
+    }
     (mean_square.sqrt(), variance.sqrt())
 }
 
@@ -73,7 +85,12 @@ mod tests {
     #[test]
     fn faded_hyperparameters_come_back_to_the_edge_and_others_stay() {
         let mut found = params();
-        revive(&mut found, inputs().as_ref(), 0.01);
+        revive(
+            &mut found,
+            &ContinuousJoints::none(),
+            inputs().as_ref(),
+            0.01,
+        );
         assert_eq!(found.bias_std, 0.01);
         assert_eq!(found.coulomb_std, Some(vec![0.01]));
         assert!((found.linear_std[0] - 0.01).abs() < 1e-15);

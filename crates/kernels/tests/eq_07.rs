@@ -1,7 +1,10 @@
 //! Eq. (7): the torque covariance against a value worked by hand, and its layout.
 
 use faer::mat;
-use kernels::{Covariance, KernelError, TorqueCovariance, TorqueForm, TorqueParams, Transform};
+use kernels::{
+    ContinuousJoints, Covariance, KernelError, TorqueCovariance, TorqueForm, TorqueParams,
+    Transform,
+};
 
 fn params() -> TorqueParams {
     TorqueParams {
@@ -34,6 +37,48 @@ fn torque_covariance_adds_its_four_terms() {
         (with - (smooth - 2.25)).abs() <= 32.0 * f64::EPSILON * 14.0,
         "{with}"
     );
+}
+
+#[test]
+fn a_continuous_joint_is_seen_as_its_place_on_the_circle() {
+    use std::f64::consts::{FRAC_PI_2, TAU};
+    let of_circle = TorqueCovariance::new(params()).unwrap();
+    let of_circle = of_circle
+        .with_continuous(ContinuousJoints::of([0]))
+        .unwrap();
+    // A quarter of a turn apart, one of them three turns further.
+    let x = mat![[0.0, 2.0, 4.0], [FRAC_PI_2 + 3.0 * TAU, -2.0, 0.0]];
+    let found = of_circle.gram(x.as_ref());
+    // 0.25 + (1·cos ½π − 4·4 + 9·0) + 4 exp(−½(2 + 4 + 1)) − 2.25: the chord of a quarter has the square 2.
+    let expected = 0.25 - 16.0 + 4.0 * (-3.5_f64).exp() - 2.25;
+    // The angle is known to 10π ε.
+    let tolerance = 64.0 * f64::EPSILON * 20.0;
+    assert!((found[(1, 0)] - expected).abs() <= tolerance, "{found:?}");
+    // 0.25 + (1 + 16 + 144) + 4 + 2.25, and without the acceleration: the angle does not matter.
+    let diag = of_circle.diag(x.as_ref());
+    for (found, expected) in diag.into_iter().zip([167.5, 23.5]) {
+        assert!((found - expected).abs() <= 64.0 * f64::EPSILON * expected);
+    }
+    // As many hyperparameters as before, by the same names.
+    let as_given = TorqueCovariance::new(params()).unwrap();
+    assert_eq!(of_circle.layout(), as_given.layout());
+    assert_eq!(of_circle.params(), as_given.params());
+    assert_eq!(of_circle.named_params(), params());
+    assert_eq!(of_circle.n_joints(), 1);
+}
+
+#[test]
+fn a_continuous_joint_that_there_is_not_is_refused() {
+    let covariance = TorqueCovariance::new(params()).unwrap();
+    let error = covariance
+        .with_continuous(ContinuousJoints::of([1]))
+        .unwrap_err();
+    let expected = KernelError::WrongCount {
+        name: "continuous joints",
+        found: 1,
+        expected: 2,
+    };
+    assert_eq!(error, expected);
 }
 
 #[test]
@@ -99,15 +144,18 @@ fn a_weighted_sum_follows_from_its_gradient() {
             ..params()
         })
         .unwrap();
-        let k = cov.gram(x.as_ref());
-        let expected: f64 = (0..9).map(|i| q[(i / 3, i % 3)] * k[(i / 3, i % 3)]).sum();
-        let mut gradient = vec![0.0; cov.n_params()];
-        cov.gram_adjoint(x.as_ref(), q.as_ref(), &mut gradient);
-        let found = cov.sum_of_its_gradient(&gradient);
-        // Terms of up to 2 · 160.
-        assert!(
-            (found - expected).abs() <= 64.0 * f64::EPSILON * 320.0,
-            "{found} {expected}"
-        );
+        let turning = cov.with_continuous(ContinuousJoints::of([0])).unwrap();
+        for cov in [cov, turning] {
+            let k = cov.gram(x.as_ref());
+            let expected: f64 = (0..9).map(|i| q[(i / 3, i % 3)] * k[(i / 3, i % 3)]).sum();
+            let mut gradient = vec![0.0; cov.n_params()];
+            cov.gram_adjoint(x.as_ref(), q.as_ref(), &mut gradient);
+            let found = cov.sum_of_its_gradient(&gradient);
+            // Terms of up to 2 · 160.
+            assert!(
+                (found - expected).abs() <= 64.0 * f64::EPSILON * 320.0,
+                "{found} {expected}"
+            );
+        }
     }
 }

@@ -3,8 +3,8 @@
 use faer::Mat;
 use kernels::laws::{self, Subject};
 use kernels::{
-    Constant, Coulomb, Covariance, Jitter, LinearArd, OnColumns, RigidBody, SeArd, Sum,
-    TorqueCovariance, TorqueForm, TorqueParams,
+    Constant, ContinuousJoints, Coulomb, Covariance, Jitter, LinearArd, OnColumns, RigidBody,
+    SeArd, Sum, TorqueCovariance, TorqueForm, TorqueParams,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -38,6 +38,11 @@ fn inputs(rng: &mut ChaCha8Rng, n: usize) -> Mat<f64> {
 
 fn vector(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
     (0..n).map(|_| uniform(rng, 0.3, 2.0)).collect()
+}
+
+fn turning<const C: usize>(covariance: &TorqueCovariance, joints: [usize; C]) -> TorqueCovariance {
+    let continuous = ContinuousJoints::of(joints);
+    covariance.with_continuous(continuous).unwrap()
 }
 
 /// Every covariance of the crate; new ones are added here.
@@ -75,6 +80,14 @@ fn all(rng: &mut ChaCha8Rng) -> Vec<(&'static str, Box<dyn Covariance>)> {
         ("sum", Box::new(Sum::new(linear, se))),
         ("smooth torque", Box::new(torque(rng, TorqueForm::Smooth))),
         ("torque", Box::new(torque(rng, TorqueForm::Coulomb))),
+        (
+            "continuous smooth torque",
+            Box::new(turning(&torque(rng, TorqueForm::Smooth), [1])),
+        ),
+        (
+            "continuous torque",
+            Box::new(turning(&torque(rng, TorqueForm::Coulomb), [0, 1])),
+        ),
     ]
 }
 

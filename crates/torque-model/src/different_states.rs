@@ -13,7 +13,7 @@ use crate::rows::require_states;
 /// What a state adds is magnified by the inverse before it tells two latent functions apart.
 const SAME: f64 = 1e-2;
 
-/// Covariance of the torque without what all states share, and without signs, which flip in the noise of an arm at rest.
+/// Covariance of embedded states: of the torque without what all states share, and without signs, which flip in the noise of an arm at rest.
 type OfStates = Sum<LinearArd, SeArd>;
 
 /// Number of states among rows that say something which the others do not, counted up to `most`.
@@ -38,6 +38,8 @@ pub fn different_states(
 ) -> Result<usize, TorqueError> {
     let prior = process.covariance();
     require_states(x, prior.input().n_joints())?;
+    let embedded = prior.input().continuous().embed(x);
+    let x = embedded.as_ref();
     let covariance = of_states(prior.input())?;
     let k_task = prior.task().k_task();
     let of_task = (0..k_task.nrows()).map(|task| k_task[(task, task)]);
@@ -53,7 +55,7 @@ pub fn different_states(
 }
 
 fn of_states(covariance: &TorqueCovariance) -> Result<OfStates, KernelError> {
-    let params = covariance.named_params();
+    let params = covariance.embedded_params();
     let linear = LinearArd::new(params.linear_std)?;
     let se = SeArd::new(params.signal_std, params.length_scales)?;
     Ok(Sum::new(linear, se))

@@ -2,6 +2,7 @@
 
 mod adapt;
 mod carry;
+mod continuous;
 mod different_states;
 mod error;
 pub mod file;
@@ -25,6 +26,7 @@ mod timeline;
 
 pub use adapt::{Adapt, adapt, adapt_joint};
 pub use carry::{carry_attached, carry_described};
+pub use continuous::{CircleCover, joints_of_one_turn};
 pub use different_states::different_states;
 pub use error::TorqueError;
 pub use faer;
@@ -33,6 +35,7 @@ pub use fit_summary::FitSummary;
 pub use gp_core;
 pub use joint_model::JointModel;
 pub use kernels;
+pub use kernels::ContinuousJoints;
 pub use learn::Learn;
 pub use load_description::{LoadDescription, descriptors};
 pub use parts::{ModelParts, RankSelection};

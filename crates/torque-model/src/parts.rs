@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use kernels::{ContinuousJoints, TorqueCovariance};
 use mtgp::MtgpError;
 use puma_dyn::Model;
 use serde::{Deserialize, Serialize};
@@ -41,6 +42,13 @@ impl ModelParts {
             Some((_, JointModel::Shared(joint))) => Some(joint.posterior()),
             _ => None,
         }
+    }
+
+    /// The joints of whose positions the processes see the place on the circle; none without a process.
+    pub fn continuous(&self) -> ContinuousJoints {
+        let mut models = self.learned.iter().map(|(_, model)| model);
+        let covariance = models.find_map(JointModel::input_covariance);
+        covariance.map_or_else(ContinuousJoints::none, |of| of.continuous().clone())
     }
 
     /// Entries of a state: (q, q̇, q̈), and the hysteresis states of a model with memory.
@@ -142,7 +150,20 @@ pub(crate) fn inconsistency(parts: &ModelParts) -> Option<String> {
     if let Some(what) = other_posterior(parts) {
         return Some(what);
     }
-    other_joints(parts).or_else(|| other_ranges(parts))
+    other_joints(parts)
+        .or_else(|| other_circles(parts))
+        .or_else(|| other_ranges(parts))
+}
+
+/// A process that sees other joints' places on the circle than the first.
+fn other_circles(parts: &ModelParts) -> Option<String> {
+    let first = parts.continuous();
+    let is_other = |of: &TorqueCovariance| *of.continuous() != first;
+    let mut learned = parts.learned.iter();
+    let (idx, _) = learned.find(|(_, model)| model.input_covariance().is_some_and(is_other))?;
+    Some(format!(
+        "joint {idx}'s process has other continuous joints than the first"
+    ))
 }
 
 /// Joints that do not share one posterior, or one of other contexts.

@@ -1,9 +1,16 @@
 //! The range of every covariate in the training data, to tell interpolation from extrapolation.
 
+use std::f64::consts::TAU;
+
 use faer::MatRef;
 use gp_core::GpError;
+use kernels::ContinuousJoints;
 
+use crate::continuous::LARGEST_GAP;
 use crate::error::{TorqueError, consistent};
+
+/// What a position may lie outside of its range on the circle, rad: rounding of a position after many turns.
+const ROUNDING: f64 = 1e-9;
 
 /// Smallest and largest value of every covariate in the training data.
 ///
@@ -14,6 +21,8 @@ pub struct TrainingRanges {
     min: Vec<f64>,
     max: Vec<f64>,
     n_samples: usize,
+    /// Joints whose positions are compared modulo a turn.
+    continuous: ContinuousJoints,
 }
 
 impl TrainingRanges {
@@ -37,6 +46,7 @@ impl TrainingRanges {
             min: extreme(f64::min),
             max: extreme(f64::max),
             n_samples: x.nrows(),
+            continuous: ContinuousJoints::none(),
         })
     }
 
@@ -63,6 +73,7 @@ impl TrainingRanges {
             min: extreme(f64::min),
             max: extreme(f64::max),
             n_samples: rows.len(),
+            continuous: ContinuousJoints::none(),
         })
     }
 
@@ -85,7 +96,23 @@ impl TrainingRanges {
             min,
             max,
             n_samples,
+            continuous: ContinuousJoints::none(),
         })
+    }
+
+    /// Compares the positions of these joints modulo a turn from now on.
+    ///
+    /// # Panics
+    /// If there is no such joint.
+    pub(crate) fn set_continuous(&mut self, continuous: ContinuousJoints) {
+        let n_joints = self.n_covariates() / 3;
+        assert!(continuous.indices().iter().all(|joint| *joint < n_joints));
+        self.continuous = continuous;
+    }
+
+    /// Joints whose positions are compared modulo a turn.
+    pub fn continuous(&self) -> &ContinuousJoints {
+        &self.continuous
     }
 
     /// The ranges of both sets of samples together.
@@ -102,6 +129,7 @@ impl TrainingRanges {
             min: both(&self.min, &other.min, f64::min),
             max: both(&self.max, &other.max, f64::max),
             n_samples: self.n_samples + other.n_samples,
+            continuous: self.continuous.clone(),
         }
     }
 
@@ -127,12 +155,22 @@ impl TrainingRanges {
 
     /// Indices of the covariates of `x` that lie outside their range; NaN counts as outside.
     ///
+    /// Of a continuous joint the position may be any number of turns away; if the training positions span the turn but
+    /// for a twelfth, none is outside.
     /// Allocates nothing.
     /// # Panics
     /// If `x` does not have 3ℓ entries.
     pub fn outside<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = usize> + 'a {
         assert_eq!(x.len(), self.n_covariates());
-        let is_inside = |idx: usize| self.min[idx] <= x[idx] && x[idx] <= self.max[idx];
+        let is_inside = |idx: usize| {
+            (self.min[idx] <= x[idx] && x[idx] <= self.max[idx])
+                || (self.continuous.contains(idx) && self.is_inside_on_circle(idx, x[idx]))
+        };
         (0..x.len()).filter(move |idx| !is_inside(*idx))
+    }
+    fn is_inside_on_circle(&self, joint: usize, q: f64) -> bool {
+        let span = self.max[joint] - self.min[joint];
+        let beyond_min = (q - self.min[joint] + ROUNDING).rem_euclid(TAU);
+        q.is_finite() && (span >= TAU - LARGEST_GAP || beyond_min <= span + 2.0 * ROUNDING)
     }
 }

@@ -5,9 +5,11 @@ use std::sync::{Arc, OnceLock};
 
 use faer::{Mat, MatRef};
 use gp_core::Prediction;
+use kernels::ContinuousJoints;
 use mtgp::MtgpError;
 use puma_dyn::Model;
 use puma_dyn::dynamics::Hysteresis;
+use puma_dyn::robot::JointKind;
 
 use crate::error::{TorqueError, consistent};
 use crate::file::{ModelFileError, ModelFileKind, read_model, write_model};
@@ -66,7 +68,7 @@ impl RobotModel {
     /// or contexts of one name, indices that do not ascend or point past the last joint,
     /// models of different kinds, or models or ranges for other joints or contexts;
     /// [`TorqueError::Robot`] for a description that is none.
-    pub fn new(parts: ModelParts) -> Result<Self, TorqueError> {
+    pub fn new(mut parts: ModelParts) -> Result<Self, TorqueError> {
         consistent(inconsistency(&parts))?;
         let robot = match &parts.robot {
             None => None,
@@ -76,11 +78,21 @@ impl RobotModel {
                 Some(Arc::new(robot))
             }
         };
+        let continuous = turning(&parts, robot.as_deref());
+        for ranges in parts.context_ranges.iter_mut().chain([&mut parts.ranges]) {
+            ranges.set_continuous(continuous.clone());
+        }
         Ok(Self {
             parts,
             robot,
             predictor: OnceLock::new(),
         })
+    }
+
+    /// The joints to whose torques a turn more of their positions makes no difference: of processes those that were
+    /// learned so, of a robot's parameters those of type `continuous`.
+    pub fn continuous(&self) -> &ContinuousJoints {
+        self.parts.ranges.continuous()
     }
 
     /// All that it consists of.
@@ -282,5 +294,17 @@ impl RobotModel {
     /// [`ModelFileError`]: anything but a whole, unaltered file of a version known here.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ModelFileError> {
         Self::new(read_model(bytes)?).map_err(ModelFileError::of)
+    }
+}
+
+/// See [`RobotModel::continuous`].
+fn turning(parts: &ModelParts, robot: Option<&Model>) -> ContinuousJoints {
+    let is_process = |(_, model): &(usize, JointModel)| model.input_covariance().is_some();
+    match robot {
+        Some(robot) if !parts.learned.iter().any(is_process) => {
+            let turns = |joint: &usize| robot.joint_kind(*joint) == JointKind::Continuous;
+            ContinuousJoints::of((0..robot.n_joints()).filter(turns))
+        }
+        _ => parts.continuous(),
     }
 }

@@ -2,6 +2,7 @@
 
 use faer::{Mat, MatRef};
 use gp_core::GpError;
+use kernels::ContinuousJoints;
 
 use crate::error::{TorqueError, consistent};
 use crate::ranges::TrainingRanges;
@@ -25,6 +26,8 @@ pub struct Samples {
     pub torques: Vec<JointTorques>,
     /// When and in which run the rows were measured, as far as the log says it.
     pub timeline: Timeline,
+    /// Joints whose positions are angles that count modulo a turn: processes see their cosine and sine.
+    pub continuous: ContinuousJoints,
 }
 
 /// Measured torques of one joint.
@@ -53,6 +56,7 @@ impl Samples {
             x,
             torques,
             timeline: Timeline::default(),
+            continuous: ContinuousJoints::none(),
         };
         samples.check()?;
         Ok(samples)
@@ -115,6 +119,7 @@ impl Samples {
             x: picked(self.x.as_ref(), rows),
             torques: self.torques.iter().map(of_joint).collect(),
             timeline: self.timeline.rows(rows, self.n_joints()),
+            continuous: self.continuous.clone(),
         }
     }
 
@@ -142,6 +147,13 @@ impl Samples {
         let is_numbered = self.context_of.iter().all(|c| *c < self.contexts.len());
         consistent(if !ascend {
             Some("torques of joints that do not ascend".to_owned())
+        } else if let Some(joint) = self
+            .continuous
+            .indices()
+            .last()
+            .filter(|of| **of >= n_joints)
+        {
+            Some(format!("a continuous joint {joint} of {n_joints}"))
         } else if let Some(JointTorques { joint_idx, values }) = bad {
             let count = values.len();
             Some(format!(

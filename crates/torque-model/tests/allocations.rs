@@ -4,6 +4,7 @@ use allocation_counter::measure;
 use gp_core::Method;
 use torque_model::RobotModel;
 
+use crate::continuous_joints;
 use crate::multi_task_models;
 use crate::rigid_body_models::rigid_body;
 use crate::torque_models::{all_kinds, low_rank};
@@ -24,6 +25,9 @@ fn predicting_one_state_allocates_nothing_whatever_the_state_or_the_kind() {
         rigid_body(60, Method::Dense),
         rigid_body(150, Method::Certified),
     ] {
+        no_allocation(&model);
+    }
+    for (model, _) in continuous_joints::of_all_kinds() {
         no_allocation(&model);
     }
 }

@@ -20,7 +20,7 @@ use crate::torque_models::{provenance, summary};
 const HEADER: usize = 52;
 
 /// A payload behind a header that fits it.
-fn framed(kind_and_version: u32, payload: &[u8]) -> Vec<u8> {
+pub fn framed(kind_and_version: u32, payload: &[u8]) -> Vec<u8> {
     let mut bytes = b"TORQUEGP".to_vec();
     bytes.extend_from_slice(&kind_and_version.to_le_bytes());
     bytes.extend_from_slice(&(payload.len() as u64).to_le_bytes());

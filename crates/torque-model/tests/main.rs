@@ -7,6 +7,7 @@
 )]
 
 mod allocations;
+mod continuous_joints;
 mod coverage;
 mod damaged_file;
 mod disjoint_stretches;

@@ -6,6 +6,7 @@ use kernels::TorqueForm;
 use mtgp::MtgpError;
 use torque_model::{JointModel, RobotModel, TorqueError};
 
+use crate::continuous_joints;
 use crate::multi_task_models::{self, inputs};
 use crate::rigid_body_models::{self, rigid_body, states};
 use crate::rounding::bounds;
@@ -20,7 +21,7 @@ fn state(x: &Mat<f64>, row: usize) -> Vec<f64> {
 /// A model of every kind, by either path, with states to ask it for.
 fn of_all_kinds() -> Vec<(RobotModel, Mat<f64>)> {
     let x = uniform_inputs(3, 40, 3 * N_JOINTS);
-    vec![
+    let mut all = vec![
         (all_kinds(61), x.clone()),
         (low_rank(200), x),
         (multi_task_models::model(60, false), inputs(6, 40)),
@@ -28,7 +29,9 @@ fn of_all_kinds() -> Vec<(RobotModel, Mat<f64>)> {
         (rigid_body(30, Method::Dense), states(6, 40)),
         (rigid_body(150, Method::Dense), states(6, 40)),
         (rigid_body(150, Method::Certified), states(6, 40)),
-    ]
+    ];
+    all.extend(continuous_joints::of_all_kinds());
+    all
 }
 
 #[test]

@@ -62,9 +62,17 @@ struct Entries {
 }
 
 impl Entries {
-    /// Of eq. (7) at points (r, 3ℓ).
+    /// Of eq. (7) at points (r, 3ℓ), with d the columns that it sees of them.
     fn of_input(covariance: &TorqueCovariance, points: MatRef<'_, f64>, x: &[f64]) -> Self {
-        let (params, d) = (covariance.named_params(), points.ncols());
+        let (points, x) = (
+            covariance.continuous().embed(points),
+            covariance
+                .continuous()
+                .embed(RowRef::from_slice(x).as_mat()),
+        );
+        let points = points.as_ref();
+        let x: Vec<f64> = x.as_ref().row(0).iter().copied().collect();
+        let (params, d) = (covariance.embedded_params(), points.ncols());
         let largest_z = |p: usize| -> f64 {
             let reach = |j: usize| points[(p, j)].abs() + x[j].abs() + 4.0;
             (0..d)

@@ -4,8 +4,8 @@ use faer::Mat;
 use torque_model::learn::SharedParameters;
 use torque_model::rigid_body::{FitSettings, TermSet};
 use torque_model::{
-    Adapt, JointModel, JointTorques, ModelFileError, ModelFileKind, Provenance, Robot, RobotModel,
-    RobotSource, Samples, Timeline, adapt,
+    Adapt, ContinuousJoints, JointModel, JointTorques, ModelFileError, ModelFileKind, Provenance,
+    Robot, RobotModel, RobotSource, Samples, Timeline, adapt,
 };
 
 pub const FOLDER: &str = concat!(
@@ -55,6 +55,7 @@ pub fn samples(name: &str) -> Samples {
             t: (0..rows.len()).map(|row| number(row, "t")).collect(),
             ..Timeline::default()
         },
+        continuous: ContinuousJoints::none(),
     }
 }
 

@@ -141,7 +141,7 @@ mod tests {
 
     use mtgp::Criterion;
     use torque_model::learn::{ManyContexts, Ranks, Tasks};
-    use torque_model::{JointTorques, Provenance, RobotModel, Samples, Timeline};
+    use torque_model::{ContinuousJoints, JointTorques, Provenance, RobotModel, Samples, Timeline};
 
     use super::*;
     use crate::dataset::DataSet;
@@ -176,6 +176,7 @@ mod tests {
                 values: training.targets.clone(),
             }],
             timeline: Timeline::default(),
+            continuous: ContinuousJoints::none(),
         }
     }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use gp_core::LikelihoodOptions;
 use gp_core::evidence::{Evidence, evidence};
+use kernels::TorqueCovariance;
 use mtgp::Stacked;
 use mtgp::prior::TaskNoise;
 use serde::Serialize;
@@ -59,6 +60,8 @@ Hyperparameter file, for N joints:
   length_scales = [0.5, 0.7, …] # 3N, in the unit of each
   coulomb_std = [1.0, 0.1, …]   # N, N·m; leave it out for no Coulomb friction
   noise_std = 0.01              # N·m
+  continuous = [\"wrist\"]        # joints that turn without end, if any: of their q, u is in N·m, and l is of the
+                                # chord 2 sin(½ difference), without unit
   Zeros in bias_std, linear_std, signal_std and coulomb_std switch a term off.
 For data of several contexts, which then needs the column `context`, also:
   contexts = [\"c1\", \"c2\", \"c3\"]        # all that the data has, and no others
@@ -91,11 +94,12 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let file = table.file().to_owned();
     let asked = std::slice::from_ref(&args.joint);
     let columns = DataColumns::of_header(&table, &args.data.tau_prefix, "--joint", asked)?;
-    let hyperparameters = Hyperparameters::load(&args.hyperparameters, columns.joints.names.len())?;
+    let hyperparameters = Hyperparameters::load(&args.hyperparameters, &columns.joints)?;
+    let covariance = hyperparameters.covariance(&columns.joints)?;
     let job = Job {
         args,
-        n_joints: columns.joints.names.len(),
         hyperparameters: &hyperparameters,
+        covariance: &covariance,
     };
     let data = job.read(table, &columns)?;
     data.warn(&file);
@@ -112,8 +116,9 @@ pub fn run(args: &Args) -> Result<(), CliError> {
 /// The likelihood of one joint.
 struct Job<'a> {
     args: &'a Args,
-    n_joints: usize,
     hyperparameters: &'a Hyperparameters,
+    /// Between states.
+    covariance: &'a TorqueCovariance,
 }
 
 impl Job<'_> {
@@ -148,10 +153,9 @@ impl Job<'_> {
 
     fn outcome(&self, samples: &Samples) -> Result<Outcome, TorqueError> {
         let evidence = self.evidence(samples)?;
-        let covariance = self.hyperparameters.covariance(self.n_joints);
         Ok(Outcome {
             log_marginal_likelihood: evidence.evaluation.log_marginal_likelihood,
-            gradient: self.hyperparameters.named(&covariance, &evidence.gradient),
+            gradient: (self.hyperparameters).named(self.covariance, &evidence.gradient),
             error_bound: evidence.evaluation.error_bound,
             method: evidence.evaluation.method.to_string(),
             rank: evidence.evaluation.rank,
@@ -165,9 +169,14 @@ impl Job<'_> {
         };
         let (x, torques) = (samples.x.as_ref(), &samples.torques[0].values);
         let noise_std = self.hyperparameters.noise_std.values();
-        let Some(prior) = self.hyperparameters.task_covariance(self.n_joints)? else {
-            let covariance = self.hyperparameters.covariance(self.n_joints);
-            return Ok(evidence(&covariance, noise_std[0], x, torques, options)?);
+        let Some(prior) = self.hyperparameters.task_covariance(self.covariance)? else {
+            return Ok(evidence(
+                self.covariance,
+                noise_std[0],
+                x,
+                torques,
+                options,
+            )?);
         };
         let data = Stacked::new(x, &samples.context_of, prior.n_tasks())?;
         let targets = data.stack(torques);

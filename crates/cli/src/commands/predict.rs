@@ -96,7 +96,8 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let (model, loaded) = ModelFile::load(&args.model)?.with_payload(args.payload.as_deref())?;
     let table = Table::open(&args.input)?;
     let file = table.file().to_owned();
-    let columns = StateColumns::find(&file, &table.column_names(), &model.joints())?;
+    let joints = model.joints();
+    let columns = StateColumns::find(&file, &table.column_names(), &joints)?;
     model.note_order(&file, &columns);
     let contexts = match loaded {
         Some(number) => RowContexts::Same(number),
@@ -112,7 +113,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let mut job = Job {
         result: ResultTable::new(&table, &columns, args.keep_states, added.collect())?,
         ranges: RangeWatch::new(model.ranges()),
-        degrees: DegreesWatch::without_robot(&columns.states[..model.n_joints()]),
+        degrees: DegreesWatch::without_limits(&columns.states[..model.n_joints()], &joints),
         contexts,
         model: &model,
         columns: &columns,

@@ -12,6 +12,7 @@ use kernels::{Covariance, TorqueForm};
 use torque_model::Samples;
 use torque_model::learn::own_unit;
 
+use crate::continuous::ContinuousArgs;
 use crate::data_args::DataArgs;
 use crate::error::CliError;
 use crate::messages;
@@ -44,6 +45,9 @@ pub struct Args {
     /// Joint whose torques are taken, by number or name
     #[arg(long, value_name = "JOINT")]
     joint: String,
+
+    #[command(flatten)]
+    continuous: ContinuousArgs,
 
     /// Chains
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=64))]
@@ -95,10 +99,15 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     let file = table.file().to_owned();
     let asked = std::slice::from_ref(&args.joint);
     let columns = DataColumns::of_header(&table, &args.data.tau_prefix, "--joint", asked)?;
+    let columns = match args.continuous.named(&columns.joints)? {
+        Some(continuous) => columns.with_continuous(&continuous),
+        None => columns,
+    };
     let mut output = Output::create(&args.output)?;
     let data = columns.read(&mut table, args.data.context.as_deref())?;
     data.warn(&file);
     let mut samples = data.samples;
+    samples.continuous = args.continuous.of(&file, &columns.joints, &samples)?;
     // As `fit`: what bounds and starts are depends on the torques' size, not on their unit.
     let torques = &mut samples.torques[0].values;
     let unit = own_unit(torques);
@@ -133,9 +142,14 @@ struct Posterior<'a> {
 impl<'a> Posterior<'a> {
     fn new(args: &'a Args, samples: &'a Samples) -> Result<Self, GpError> {
         let (x, targets) = (samples.x.as_ref(), &samples.torques[0].values);
-        let moments = chapter_start(x, targets, TorqueForm::Coulomb)?;
+        let continuous = &samples.continuous;
+        let moments = chapter_start(x, targets, TorqueForm::Coulomb, continuous)?;
         let prior = HyperPrior::about(&moments.covariance, moments.noise_std)?;
-        let likeliest = gp_core::fit(x, targets, TorqueForm::Coulomb, &FitOptions::several())?;
+        let options = FitOptions {
+            continuous: continuous.clone(),
+            ..FitOptions::several()
+        };
+        let likeliest = gp_core::fit(x, targets, TorqueForm::Coulomb, &options)?;
         let mut theta = likeliest.covariance().params();
         theta.push(likeliest.noise_std());
         Ok(Self {

@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 use kernels::params::{LINEAR_STD_CEILING, NOISE_VAR_FLOOR};
-use kernels::{TorqueCovariance, TorqueForm, TorqueParams, Transform};
+use kernels::{ContinuousJoints, TorqueCovariance, TorqueForm, TorqueParams, Transform};
 
 use crate::data::{joints_of, require_training_data};
 use crate::error::GpError;
@@ -21,15 +21,18 @@ const CONSTANT_COLUMN: f64 = 1e-12;
 /// Where the formula has no usable value: t̄² = 0 counts as 100 times the floor of
 /// σ²; a covariate that is always zero counts as s_j = 1; a constant covariate has
 /// l_j = 1; u_j and σ² are moved inside their bounds.
+/// Of the angle of a continuous joint s_j is 1, and l_j² the spread of its places in the plane: the sums of the
+/// formula over its cosine and its sine.
 /// # Errors
 /// Fewer than 2 samples, data that is not finite or does not match, or columns
-/// that are not three per joint.
+/// that are not three per joint; [`GpError::Kernel`] for a continuous joint that there is not.
 /// # Source
 /// Eq. (22), A.1.
 pub fn chapter_start(
     x: MatRef<'_, f64>,
     targets: &[f64],
     form: TorqueForm,
+    continuous: &ContinuousJoints,
 ) -> Result<Start, GpError> {
     require_training_data(x, targets, 2)?;
     let n_joints = joints_of(x)?;
@@ -42,15 +45,21 @@ pub fn chapter_start(
     let share = 0.25 * target_power;
     let n_covariates = 3 * n_joints;
 
+    let of_joints = TorqueCovariance::unit(n_joints, form).with_continuous(continuous.clone())?;
+    let embedded = continuous.embed(x);
+    let z = embedded.as_ref();
+    let coordinates = |j: usize| continuous.columns_of(j, n_covariates);
     let columns = 0..n_covariates;
     let params = TorqueParams {
         bias_std: share.sqrt(),
         linear_std: columns
             .clone()
-            .map(|j| linear_std_start(x, j, share / n_covariates as f64))
+            .map(|j| linear_std_start(z, coordinates(j), share / n_covariates as f64))
             .collect(),
         signal_std: share.sqrt(),
-        length_scales: columns.map(|j| length_scale_start(x, j)).collect(),
+        length_scales: columns
+            .map(|j| length_scale_start(z, coordinates(j)))
+            .collect(),
         coulomb_std: match form {
             TorqueForm::Smooth => None,
             TorqueForm::Coulomb => Some(vec![(share / n_joints as f64).sqrt(); n_joints]),
@@ -64,7 +73,7 @@ pub fn chapter_start(
     let noise_std = noise_bound.clamp_inside((0.01 * target_power).sqrt());
     Ok(Start::new(
         Origin::Chapter,
-        TorqueCovariance::new(params)?,
+        of_joints.with_params(params)?,
         noise_std,
     ))
 }
@@ -95,14 +104,20 @@ pub fn varied_start(chapter: &Start, origin: Origin) -> Result<Start, GpError> {
     let noise_std = noise_bound.clamp_inside(chapter.noise_std * noise_var_factor.sqrt());
     Ok(Start::new(
         origin,
-        TorqueCovariance::new(params)?,
+        chapter.covariance.with_params(params)?,
         noise_std,
     ))
 }
 
 /// u_j with u_j² s_j = `share`.
-fn linear_std_start(x: MatRef<'_, f64>, column: usize, share: f64) -> f64 {
-    let power = mean_square(x.col(column).iter().copied());
+fn linear_std_start(
+    z: MatRef<'_, f64>,
+    coordinates: impl Iterator<Item = usize>,
+    share: f64,
+) -> f64 {
+    let power: f64 = coordinates
+        .map(|column| mean_square(z.col(column).iter().copied()))
+        .sum();
     let power = if power > 0.0 { power } else { 1.0 };
     let bound = Transform::Below {
         ceiling: LINEAR_STD_CEILING,
@@ -111,11 +126,15 @@ fn linear_std_start(x: MatRef<'_, f64>, column: usize, share: f64) -> f64 {
 }
 
 /// l_j with l_j² = s_j − m_j², formed from deviations so that nothing cancels.
-fn length_scale_start(x: MatRef<'_, f64>, column: usize) -> f64 {
-    let values = || x.col(column).iter().copied();
-    let mean = values().sum::<f64>() / x.nrows() as f64;
-    let spread = mean_square(values().map(|value| value - mean)).sqrt();
-    let size = mean_square(values()).sqrt();
+fn length_scale_start(z: MatRef<'_, f64>, coordinates: impl Iterator<Item = usize>) -> f64 {
+    let (mut variance, mut power) = (0.0, 0.0);
+    for column in coordinates {
+        let values = || z.col(column).iter().copied();
+        let mean = values().sum::<f64>() / z.nrows() as f64;
+        variance += mean_square(values().map(|value| value - mean));
+        power += mean_square(values());
+    }
+    let (spread, size) = (variance.sqrt(), power.sqrt());
     if spread > CONSTANT_COLUMN * size {
         spread
     } else {

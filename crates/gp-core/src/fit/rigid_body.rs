@@ -286,7 +286,7 @@ pub fn fit_rigid_body_and_process(
 
     let mut starts = Vec::new();
     for (of_parameters, remainder) in [as_found, as_stated] {
-        let chapter = chapter_start(samples.x, &remainder, form)?;
+        let chapter = chapter_start(samples.x, &remainder, form, &options.continuous)?;
         for &origin in options.starts.origins() {
             let start = varied_start(&chapter, origin)?;
             let of_process = OnColumns::new(start.covariance, 0..samples.x.ncols());

@@ -28,7 +28,7 @@ pub fn fit(
     form: TorqueForm,
     options: &FitOptions,
 ) -> Result<Fit, GpError> {
-    let chapter = chapter_start(x, targets, form)?;
+    let chapter = chapter_start(x, targets, form, &options.continuous)?;
     let starts = (options.starts.origins().iter())
         .map(|origin| varied_start(&chapter, *origin))
         .collect::<Result<Vec<_>, _>>()?;
@@ -37,7 +37,7 @@ pub fn fit(
 
 /// Learns a joint's torque from starts of the caller's choice, such as a fit to fewer data.
 ///
-/// `options.starts` is not used.
+/// `options.starts` and `options.continuous` are not used: the starts say what they say.
 /// # Errors
 /// As for [`fit`]; also [`GpError::WrongCovariates`] for a start of another robot.
 pub fn fit_from(

@@ -1,5 +1,7 @@
 //! From where, on which samples, how long and how hard to search.
 
+use kernels::ContinuousJoints;
+
 use super::start::Origin;
 use crate::evidence::LikelihoodOptions;
 
@@ -60,6 +62,8 @@ pub struct FitOptions {
     pub value_tolerance: f64,
     /// How each likelihood is computed.
     pub likelihood: LikelihoodOptions,
+    /// Joints of whose positions a covariance of torques sees the place on the circle.
+    pub continuous: ContinuousJoints,
 }
 
 impl FitOptions {
@@ -73,6 +77,7 @@ impl FitOptions {
             gradient_tolerance: 1e-3,
             value_tolerance: 1e-5,
             likelihood: LikelihoodOptions::automatic(),
+            continuous: ContinuousJoints::none(),
         }
     }
 

@@ -107,7 +107,7 @@ fn smoother(covariance: &TorqueCovariance) -> Result<TorqueCovariance, MtgpError
     for length_scale in &mut params.length_scales {
         *length_scale *= SMOOTHING;
     }
-    Ok(TorqueCovariance::new(params)?)
+    Ok(covariance.with_params(params)?)
 }
 
 /// Learns iGP: one function per task, all with the same hyperparameters.

@@ -30,5 +30,13 @@ pub(super) fn pooled_moments(
     options: &MultiTaskOptions,
 ) -> Result<Start, MtgpError> {
     require_targets(data, targets)?;
-    Ok(chapter_start(data.covariates(), targets, options.form)?)
+    let MultiTaskOptions {
+        form, continuous, ..
+    } = options;
+    Ok(chapter_start(
+        data.covariates(),
+        targets,
+        *form,
+        continuous,
+    )?)
 }

@@ -2,7 +2,7 @@
 
 use gp_core::search::{Limits, Stage};
 use gp_core::{LikelihoodOptions, Starts};
-use kernels::TorqueForm;
+use kernels::{ContinuousJoints, TorqueForm};
 
 use crate::prior::RankPart;
 
@@ -11,6 +11,8 @@ use crate::prior::RankPart;
 pub struct MultiTaskOptions {
     /// Terms of c^x.
     pub form: TorqueForm,
+    /// Joints of whose positions c^x sees the place on the circle.
+    pub continuous: ContinuousJoints,
     /// Starts of the pooled and the independent model.
     pub starts: Starts,
     /// Likelihoods with gradient that each search may use.
@@ -36,6 +38,7 @@ impl MultiTaskOptions {
     pub fn chapter() -> Self {
         Self {
             form: TorqueForm::Coulomb,
+            continuous: ContinuousJoints::none(),
             starts: Starts::Chapter,
             max_evaluations: 300,
             max_flops: f64::INFINITY,

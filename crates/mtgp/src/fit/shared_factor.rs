@@ -207,8 +207,9 @@ fn mean_factor(
 fn rescaled(start: &Start<MultiTaskCovariance>) -> Result<TorqueCovariance, MtgpError> {
     let a = mean_diagonal(start).sqrt();
     let times_a = |values: Vec<f64>| values.into_iter().map(|value| a * value).collect();
-    let params = start.covariance.input().named_params();
-    Ok(TorqueCovariance::new(TorqueParams {
+    let input = start.covariance.input();
+    let params = input.named_params();
+    Ok(input.with_params(TorqueParams {
         bias_std: a * params.bias_std,
         linear_std: times_a(params.linear_std),
         signal_std: a * params.signal_std,

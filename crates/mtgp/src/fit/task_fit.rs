@@ -101,7 +101,7 @@ impl TaskFit {
     }
 
     fn rows_of(&self, task: usize, x: MatRef<'_, f64>) -> Result<Mat<f64>, MtgpError> {
-        let expected = self.covariance().input().linear().linear_std().len();
+        let expected = 3 * self.covariance().input().n_joints();
         if x.ncols() != expected {
             let found = x.ncols();
             return Err(GpError::WrongCovariates { found, expected }.into());

@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 use gp_core::Posterior;
-use kernels::{TorqueParams, sgn};
+use kernels::{ContinuousJoints, TorqueParams, sgn};
 use linalg::sums::dot_in_lanes;
 use linalg::{TriangularRows, exp_in_place};
 
@@ -19,8 +19,10 @@ use crate::prior::MultiTaskCovariance;
 /// ```
 #[derive(Debug, Clone)]
 pub(crate) struct LatentPredictor {
-    params: TorqueParams,
-    points: Vec<f64>,          // (b, d), column after column
+    continuous: ContinuousJoints,
+    n_joints: usize,
+    params: TorqueParams,      // one entry per column of z
+    points: Vec<f64>,          // (b, columns of z), column after column
     signs: Vec<f64>,           // (b, ℓ), column after column, or empty
     loading: Vec<f64>,         // (b, r), column after column: Λ of each point's task
     weights: Vec<f64>,         // (b,)
@@ -31,7 +33,7 @@ pub(crate) struct LatentPredictor {
 /// The latent functions at one state, in memory that is used again.
 #[derive(Debug, Clone)]
 pub(crate) struct LatentSample {
-    x: Vec<f64>,
+    z: Vec<f64>,     // the state, embedded
     k: Vec<f64>,     // (b,), c^x(B, x)
     cross: Vec<f64>, // (b, r), K_Bc = Λ_c ∘ k
     v: Vec<f64>,     // (b, r), T K_Bc
@@ -44,13 +46,18 @@ impl LatentPredictor {
     /// [`gp_core::GpError::NotPositiveDefinite`] if a factor of the posterior is not finite.
     pub fn new(posterior: &Posterior<MultiTaskCovariance>) -> Result<Self, MtgpError> {
         let prior = posterior.covariance();
-        let params = prior.input().named_params();
+        let params = prior.input().embedded_params();
+        let (continuous, n_joints) = (prior.input().continuous(), prior.input().n_joints());
         let (points, tasks) = points_of(posterior);
+        let embedded = continuous.embed(points);
+        let points = embedded.as_ref();
         let root = prior.task().root();
         let n_signs = params.coulomb_std.as_ref().map_or(0, Vec::len);
-        let velocities = points.subcols(prior.input().n_joints(), n_signs);
+        let velocities = points.subcols(n_joints, n_signs);
         let loading = |c| tasks.iter().map(move |&task| (task, c));
         Ok(Self {
+            continuous: continuous.clone(),
+            n_joints,
             params,
             points: columns_of(points),
             signs: columns_of(velocities).into_iter().map(sgn).collect(),
@@ -66,14 +73,14 @@ impl LatentPredictor {
 
     /// Number of covariates d.
     pub fn n_covariates(&self) -> usize {
-        self.params.linear_std.len()
+        3 * self.n_joints
     }
 
     /// Memory for one state.
     pub fn sample(&self) -> LatentSample {
         let n = self.weights.len() * self.rank;
         LatentSample {
-            x: vec![0.0; self.n_covariates()],
+            z: vec![0.0; self.params.linear_std.len()],
             k: vec![0.0; self.weights.len()],
             cross: vec![0.0; n],
             v: vec![0.0; n],
@@ -83,12 +90,12 @@ impl LatentPredictor {
 
     /// Fills the memory for a state.
     pub fn visit(&self, x: &[f64], sample: &mut LatentSample) {
-        sample.x.copy_from_slice(x);
+        self.continuous.embed_state(x, &mut sample.z);
         let arch = pulp::Arch::new();
         let n = self.weights.len();
         arch.dispatch(
             #[inline(always)]
-            || self.fill_features(x, &mut sample.k, &mut sample.v[..n]),
+            || self.fill_features(&sample.z, &mut sample.k, &mut sample.v[..n]),
         );
         exp_in_place(&mut sample.v[..n]);
         arch.dispatch(
@@ -120,25 +127,24 @@ impl LatentPredictor {
     /// Writes all terms of c^x(B, x) but the squared exponential to `k`, and the exponents of that.
     #[inline(always)]
     #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
-    fn fill_features(&self, x: &[f64], k: &mut [f64], exponents: &mut [f64]) {
+    fn fill_features(&self, z: &[f64], k: &mut [f64], exponents: &mut [f64]) {
         let (n, params) = (self.weights.len(), &self.params);
         k.fill(params.bias_std * params.bias_std);
         exponents.fill(0.0);
         for (j, (linear, length)) in
             (params.linear_std.iter().zip(&params.length_scales)).enumerate()
         {
-            let weighted = linear * linear * x[j];
+            let weighted = linear * linear * z[j];
             let precision = -0.5 / (length * length);
             let points = &self.points[j * n..(j + 1) * n];
             for ((exponent, k), point) in exponents.iter_mut().zip(k.iter_mut()).zip(points) {
-                let difference = x[j] - point;
+                let difference = z[j] - point;
                 *exponent += precision * (difference * difference);
                 *k += weighted * point;
             }
         }
-        let n_joints = x.len() / 3;
         for (j, coulomb) in params.coulomb_std.iter().flatten().enumerate() {
-            let weighted = coulomb * coulomb * sgn(x[n_joints + j]);
+            let weighted = coulomb * coulomb * sgn(z[self.n_joints + j]);
             for (k, sign) in k.iter_mut().zip(&self.signs[j * n..(j + 1) * n]) {
                 *k += weighted * sign;
             }
@@ -147,7 +153,7 @@ impl LatentPredictor {
 
     /// Writes the posterior covariances S_cc′ of f_c at one state and f_c′ at another, (r, r).
     pub fn covariance(&self, first: &LatentSample, second: &LatentSample, out: &mut [f64]) {
-        let prior = self.prior(&first.x, &second.x);
+        let prior = self.prior(&first.z, &second.z);
         pulp::Arch::new().dispatch(
             #[inline(always)]
             || self.fill_covariance(prior, &first.v, &second.v, out),
@@ -167,20 +173,20 @@ impl LatentPredictor {
         }
     }
 
-    /// c^x(x, y).
-    fn prior(&self, x: &[f64], y: &[f64]) -> f64 {
+    /// c^x of embedded states.
+    fn prior(&self, first: &[f64], second: &[f64]) -> f64 {
         let params = &self.params;
         let (mut sum, mut exponent) = (params.bias_std * params.bias_std, 0.0);
         for (j, (linear, length)) in
             (params.linear_std.iter().zip(&params.length_scales)).enumerate()
         {
-            let scaled = (x[j] - y[j]) / length;
+            let scaled = (first[j] - second[j]) / length;
             exponent -= 0.5 * scaled * scaled;
-            sum += linear * linear * x[j] * y[j];
+            sum += linear * linear * first[j] * second[j];
         }
-        let n_joints = x.len() / 3;
+        let n_joints = self.n_joints;
         for (j, coulomb) in params.coulomb_std.iter().flatten().enumerate() {
-            sum += coulomb * coulomb * sgn(x[n_joints + j]) * sgn(y[n_joints + j]);
+            sum += coulomb * coulomb * sgn(first[n_joints + j]) * sgn(second[n_joints + j]);
         }
         sum + params.signal_std * params.signal_std * f64::exp(exponent)
     }

@@ -1,7 +1,7 @@
 //! K^ρ as regressions of each task on the tasks before it: coordinates in which its posterior is nearly normal.
 
 use faer::{Mat, MatRef};
-use kernels::{ParamLayout, TorqueCovariance, TorqueParams, Transform};
+use kernels::{ParamLayout, TorqueParams, Transform};
 
 use crate::error::MtgpError;
 use crate::prior::multi_task_covariance::MultiTaskCovariance;
@@ -209,7 +209,7 @@ impl MultiTaskCovariance {
         let a = variance.sqrt();
         let times_a = |values: Vec<f64>| values.into_iter().map(|value| a * value).collect();
         let params = self.input().named_params();
-        let input = TorqueCovariance::new(TorqueParams {
+        let input = self.input().with_params(TorqueParams {
             bias_std: a * params.bias_std,
             linear_std: times_a(params.linear_std),
             signal_std: a * params.signal_std,

@@ -4,7 +4,7 @@ use std::error::Error;
 
 use faer::Mat;
 use puma_dyn::Scenario;
-use torque_model::{JointTorques, Samples, Timeline};
+use torque_model::{ContinuousJoints, JointTorques, Samples, Timeline};
 
 /// One round of a path at a speed with each of some loads: `n` states per load, the torques of some joints.
 pub fn log(
@@ -36,6 +36,7 @@ pub fn log(
         x: states,
         torques: joints.iter().map(of_joint).collect(),
         timeline: Timeline::default(),
+        continuous: ContinuousJoints::none(),
     };
     samples.check()?;
     Ok(samples)

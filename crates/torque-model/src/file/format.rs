@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! bytes 0–7    TORQUEGP
-//! bytes 8–11   kind and format version, one u32: version in the low 16 bits, kind above
+//! bytes 8–11   kind and format version, one u32: version in the low 16 bits, kind above; in the kind, 256 is added
+//!              where indices of continuous joints stand before the record
 //! bytes 12–19  length of the payload in bytes, u64
 //! bytes 20–51  SHA-256 of bytes 0–19 followed by the payload
 //! bytes 52–    payload: a record in bincode 2, integers of fixed width
@@ -14,6 +15,7 @@
 use std::fmt;
 
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
+use kernels::ContinuousJoints;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
@@ -29,6 +31,9 @@ const HEADER: usize = 52;
 ///
 /// Every length in the payload is counted against it before memory is taken.
 const MAX_PAYLOAD: usize = u32::MAX as usize;
+
+/// Added to the code of a kind where a list of continuous joints stands before the record.
+const OF_CONTINUOUS: u32 = 0x100;
 
 type Encoding = Configuration<LittleEndian, Fixint, Limit<MAX_PAYLOAD>>;
 
@@ -74,7 +79,7 @@ impl ModelFileKind {
     /// # Errors
     /// [`ModelFileError`], as for reading the model.
     pub fn of(bytes: &[u8]) -> Result<Self, ModelFileError> {
-        checked_payload(bytes).map(|(kind, _)| kind)
+        checked_payload(bytes).map(|payload| payload.kind)
     }
 }
 
@@ -142,29 +147,60 @@ impl ModelFileError {
     }
 }
 
-/// The bytes of a model file with a record of numbers, strings and lists.
+/// The bytes of a model file with a record of numbers, strings and lists; of models without continuous joints they are
+/// those of the record alone.
 ///
 /// # Panics
 /// If the record has no encoding, as one with a list of unknown length.
-pub(crate) fn encode_model(kind: ModelFileKind, record: &impl Serialize) -> Vec<u8> {
-    let payload = bincode::serde::encode_to_vec(record, encoding())
-        .expect("a record of numbers, strings and lists has an encoding");
-    framed((kind.code() << 16) | FORMAT_VERSION, &payload)
+pub(crate) fn encode_model(
+    kind: ModelFileKind,
+    continuous: &ContinuousJoints,
+    record: &impl Serialize,
+) -> Vec<u8> {
+    let (code, payload) = if continuous.is_empty() {
+        (kind.code(), encoded(record))
+    } else {
+        let record = (continuous.indices(), record);
+        (kind.code() | OF_CONTINUOUS, encoded(&record))
+    };
+    framed((code << 16) | FORMAT_VERSION, &payload)
 }
 
-/// The record in the bytes of a model file.
+fn encoded(record: &impl Serialize) -> Vec<u8> {
+    bincode::serde::encode_to_vec(record, encoding())
+        .expect("a record of numbers, strings and lists has an encoding")
+}
+
+/// The record in the bytes of a model file, with the continuous joints that stand before it.
 ///
 /// # Errors
 /// [`ModelFileError`]: anything but a whole, unaltered file of this kind and a version known here.
 pub(crate) fn decode_model<R: DeserializeOwned>(
     kind: ModelFileKind,
     bytes: &[u8],
-) -> Result<R, ModelFileError> {
-    let (found, payload) = checked_payload(bytes)?;
+) -> Result<(ContinuousJoints, R), ModelFileError> {
+    let Payload {
+        kind: found,
+        is_of_continuous,
+        bytes,
+    } = checked_payload(bytes)?;
     if found != kind {
         let expected = kind;
         return Err(ModelFileError::OtherKind { found, expected });
     }
+    if !is_of_continuous {
+        return Ok((ContinuousJoints::none(), decoded(bytes)?));
+    }
+    let (indices, record): (Vec<usize>, R) = decoded(bytes)?;
+    if indices.is_empty() || !indices.is_sorted_by(|a, b| a < b) {
+        let what = format!("continuous joints {indices:?}");
+        return Err(ModelFileError::malformed(what));
+    }
+    Ok((ContinuousJoints::of(indices), record))
+}
+
+/// What a payload encodes, to its end.
+fn decoded<R: DeserializeOwned>(payload: &[u8]) -> Result<R, ModelFileError> {
     let (record, consumed): (R, usize) = bincode::serde::decode_from_slice(payload, encoding())
         .map_err(|error| ModelFileError::malformed(error.to_string()))?;
     if consumed != payload.len() {
@@ -195,8 +231,15 @@ fn checksum(prefix: &[u8], payload: &[u8]) -> [u8; 32] {
     hash.finalize().into()
 }
 
-/// The kind and the payload, if the header is one and its checksum matches.
-fn checked_payload(bytes: &[u8]) -> Result<(ModelFileKind, &[u8]), ModelFileError> {
+/// What stands behind a header.
+struct Payload<'a> {
+    kind: ModelFileKind,
+    is_of_continuous: bool,
+    bytes: &'a [u8],
+}
+
+/// The payload, if the header is one and its checksum matches.
+fn checked_payload(bytes: &[u8]) -> Result<Payload<'_>, ModelFileError> {
     let found = bytes.len() as u64;
     let truncated = |expected: u64| ModelFileError::Truncated { expected, found };
     let n_magic = bytes.len().min(MAGIC.len());
@@ -232,9 +275,13 @@ fn checked_payload(bytes: &[u8]) -> Result<(ModelFileKind, &[u8]), ModelFileErro
     if version == 0 {
         return Err(ModelFileError::malformed("format version 0"));
     }
-    let kind = (ModelFileKind::ALL.into_iter()).find(|kind| kind.code() == code);
-    let kind = kind.ok_or_else(|| ModelFileError::malformed(format!("kind {code} of model")))?;
-    Ok((kind, payload))
+    let of_kind = |kind: &ModelFileKind| kind.code() == code & !OF_CONTINUOUS;
+    let kind = ModelFileKind::ALL.into_iter().find(of_kind);
+    Ok(Payload {
+        kind: kind.ok_or_else(|| ModelFileError::malformed(format!("kind {code} of model")))?,
+        is_of_continuous: code & OF_CONTINUOUS != 0,
+        bytes: payload,
+    })
 }
 
 fn array<const N: usize>(bytes: &[u8]) -> [u8; N] {

@@ -1,7 +1,7 @@
 //! A process of any covariance as a plain record: hyperparameters of eq. (7), posterior, summary of the fit.
 
 use gp_core::{Basis, Posterior, data};
-use kernels::{Covariance, TorqueCovariance, TorqueParams};
+use kernels::{ContinuousJoints, Covariance, TorqueCovariance, TorqueParams};
 use linalg::Factor;
 use serde::{Deserialize, Serialize};
 
@@ -60,16 +60,22 @@ impl ParamsRecord {
     /// The covariance with these hyperparameters.
     ///
     /// # Errors
-    /// [`ModelFileError::Malformed`] for numbers that are none of a covariance.
-    pub fn into_covariance(self) -> Result<TorqueCovariance, ModelFileError> {
-        TorqueCovariance::new(TorqueParams {
+    /// [`ModelFileError::Malformed`] for numbers that are none of a covariance, and for joints that it does not have.
+    pub fn into_covariance(
+        self,
+        continuous: &ContinuousJoints,
+    ) -> Result<TorqueCovariance, ModelFileError> {
+        let of_joints = TorqueCovariance::new(TorqueParams {
             bias_std: self.bias_std,
             linear_std: self.linear_std,
             signal_std: self.signal_std,
             length_scales: self.length_scales,
             coulomb_std: self.coulomb_std,
         })
-        .map_err(malformed)
+        .map_err(malformed)?;
+        of_joints
+            .with_continuous(continuous.clone())
+            .map_err(malformed)
     }
 }
 

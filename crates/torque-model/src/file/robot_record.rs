@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use gp_core::fit::{BayesLinear, LINEAR_NOISE_VAR, LinearForm, ParameterPrior};
-use kernels::{OnColumns, Sum, TorqueCovariance};
+use kernels::{ContinuousJoints, OnColumns, Sum, TorqueCovariance};
 use mtgp::MultiTaskCovariance;
 use mtgp::prior::{DescribedParams, DescribedTasks, TaskCovariance, TaskFactor};
 use puma_dyn::Model;
@@ -132,12 +132,16 @@ struct DescribedRecord {
 /// # Panics
 /// If the joints' models are of several kinds, which [`crate::RobotModel::new`] excludes.
 pub(crate) fn write_model(parts: &ModelParts) -> Vec<u8> {
-    let kind = kind_of(parts);
+    let (kind, continuous) = (kind_of(parts), parts.continuous());
     match kind {
-        ModelFileKind::OneContext => encode_model(kind, &OneContextRecord::of(parts)),
-        ModelFileKind::ManyContexts => encode_model(kind, &ManyContextsRecord::of(parts)),
-        ModelFileKind::RigidBody => encode_model(kind, &RigidBodyRecord::of(parts)),
-        ModelFileKind::SharedParameters => encode_model(kind, &SharedRecord::of(parts)),
+        ModelFileKind::OneContext => encode_model(kind, &continuous, &OneContextRecord::of(parts)),
+        ModelFileKind::ManyContexts => {
+            encode_model(kind, &continuous, &ManyContextsRecord::of(parts))
+        }
+        ModelFileKind::RigidBody => encode_model(kind, &continuous, &RigidBodyRecord::of(parts)),
+        ModelFileKind::SharedParameters => {
+            encode_model(kind, &continuous, &SharedRecord::of(parts))
+        }
     }
 }
 
@@ -147,20 +151,34 @@ pub(crate) fn write_model(parts: &ModelParts) -> Vec<u8> {
 /// Anything but a whole, unaltered file of a version known here.
 pub(crate) fn read_model(bytes: &[u8]) -> Result<ModelParts, ModelFileError> {
     let kind = ModelFileKind::of(bytes)?;
-    match kind {
+    let (continuous, parts) = match kind {
         ModelFileKind::OneContext => {
-            decode_model::<OneContextRecord>(kind, bytes).and_then(OneContextRecord::into_parts)
+            let (continuous, record) = decode_model::<OneContextRecord>(kind, bytes)?;
+            let parts = record.into_parts(&continuous)?;
+            (continuous, parts)
         }
         ModelFileKind::ManyContexts => {
-            decode_model::<ManyContextsRecord>(kind, bytes).and_then(ManyContextsRecord::into_parts)
+            let (continuous, record) = decode_model::<ManyContextsRecord>(kind, bytes)?;
+            let parts = record.into_parts(&continuous)?;
+            (continuous, parts)
         }
         ModelFileKind::RigidBody => {
-            decode_model::<RigidBodyRecord>(kind, bytes).and_then(RigidBodyRecord::into_parts)
+            let (continuous, record) = decode_model::<RigidBodyRecord>(kind, bytes)?;
+            let parts = record.into_parts(&continuous)?;
+            (continuous, parts)
         }
         ModelFileKind::SharedParameters => {
-            decode_model::<SharedRecord>(kind, bytes).and_then(SharedRecord::into_parts)
+            let (continuous, record) = decode_model::<SharedRecord>(kind, bytes)?;
+            (continuous, record.into_parts()?)
         }
-    }
+    };
+    require(parts.continuous() == continuous, || {
+        format!(
+            "continuous joints {:?} without a process",
+            continuous.indices()
+        )
+    })?;
+    Ok(parts)
 }
 
 /// The records of all joints' models.
@@ -197,15 +215,15 @@ impl OneContextRecord {
         }
     }
 
-    fn into_parts(self) -> Result<ModelParts, ModelFileError> {
+    fn into_parts(self, continuous: &ContinuousJoints) -> Result<ModelParts, ModelFileError> {
         Ok(ModelParts {
             joint_names: self.joint_names,
             contexts: Vec::new(),
             learned: models(self.learned, |record| match record {
                 JointRecord::Linear(record) => Ok(record.into_linear()?.into()),
-                JointRecord::Process(record) => {
-                    Ok(JointModel::Process(Box::new(record.into_process()?)))
-                }
+                JointRecord::Process(record) => Ok(JointModel::Process(Box::new(
+                    record.into_process(continuous)?,
+                ))),
                 JointRecord::LearnedLinear(record) => Ok(record.into_linear()?.into()),
             })?,
             ranges: self.ranges.into_ranges()?,
@@ -230,12 +248,12 @@ impl ManyContextsRecord {
         }
     }
 
-    fn into_parts(self) -> Result<ModelParts, ModelFileError> {
+    fn into_parts(self, continuous: &ContinuousJoints) -> Result<ModelParts, ModelFileError> {
         let (n_joints, n_tasks) = (self.joint_names.len(), self.contexts.len());
         let context_ranges = self.context_ranges.into_iter();
         Ok(ModelParts {
             learned: models(self.learned, |record| {
-                Ok(record.into_process(n_joints, n_tasks)?.into())
+                Ok(record.into_process((n_joints, continuous), n_tasks)?.into())
             })?,
             joint_names: self.joint_names,
             contexts: self.contexts,
@@ -260,7 +278,7 @@ impl RigidBodyRecord {
         }
     }
 
-    fn into_parts(self) -> Result<ModelParts, ModelFileError> {
+    fn into_parts(self, continuous: &ContinuousJoints) -> Result<ModelParts, ModelFileError> {
         let robot = self.robot.model("the model's robot").map_err(malformed)?;
         let n_joints = robot.n_joints();
         let indices: Vec<usize> = self.learned.iter().map(|(idx, _)| *idx).collect();
@@ -271,7 +289,7 @@ impl RigidBodyRecord {
         })?;
         let robot = Arc::new(robot);
         let learned = (self.learned.into_iter())
-            .map(|(idx, record)| Ok((idx, record.into_model(&robot, idx)?)))
+            .map(|(idx, record)| Ok((idx, record.into_model(&robot, idx, continuous)?)))
             .collect::<Result<_, ModelFileError>>()?;
         Ok(ModelParts {
             joint_names: robot.joint_names().to_vec(),
@@ -350,8 +368,11 @@ impl ProcessRecord {
         }
     }
 
-    fn into_process(self) -> Result<Process<TorqueCovariance, States>, ModelFileError> {
-        let covariance = self.params.into_covariance()?;
+    fn into_process(
+        self,
+        continuous: &ContinuousJoints,
+    ) -> Result<Process<TorqueCovariance, States>, ModelFileError> {
+        let covariance = self.params.into_covariance(continuous)?;
         let rows = States {
             n_joints: covariance.n_joints(),
         };
@@ -373,8 +394,12 @@ impl TasksRecord {
         }
     }
 
-    fn into_process(self, n_joints: usize, n_tasks: usize) -> Result<TaskProcess, ModelFileError> {
-        let input = self.params.into_covariance()?;
+    fn into_process(
+        self,
+        (n_joints, continuous): (usize, &ContinuousJoints),
+        n_tasks: usize,
+    ) -> Result<TaskProcess, ModelFileError> {
+        let input = self.params.into_covariance(continuous)?;
         require(input.n_joints() == n_joints, || {
             format!("a process of {} joints", input.n_joints())
         })?;
@@ -465,6 +490,7 @@ impl InformedRecord {
         self,
         robot: &Arc<Model>,
         joint_idx: usize,
+        continuous: &ContinuousJoints,
     ) -> Result<JointModel, ModelFileError> {
         let (n_joints, n_parameters) = (robot.n_joints(), n_parameters(robot));
         require_values("means of parameters", &self.prior_mean, n_parameters)?;
@@ -489,7 +515,7 @@ impl InformedRecord {
                 summary,
             })));
         };
-        let remainder = params.into_covariance()?;
+        let remainder = params.into_covariance(continuous)?;
         let found = remainder.n_joints();
         require(found == n_joints, || {
             format!("a covariance of {found} joints")

@@ -48,7 +48,7 @@ pub enum Ranks {
 pub struct ManyContexts {
     /// How they are related.
     pub tasks: Tasks,
-    /// How the hyperparameters are searched for.
+    /// How the hyperparameters are searched for; which joints are continuous, the samples say.
     pub options: MultiTaskOptions,
 }
 
@@ -75,10 +75,11 @@ impl ManyContexts {
         &self,
         data: &Stacked,
         targets: &[f64],
+        options: &MultiTaskOptions,
         tell: &mut dyn FnMut(&str),
     ) -> Result<Vec<TaskFit>, MtgpError> {
         tell("pGP and iGP, to set out from");
-        let stage_one = StageOne::new(data, targets, &self.options)?;
+        let stage_one = StageOne::new(data, targets, options)?;
         let ranks = self.ranks(data.n_tasks());
         let names: Vec<String> = ranks.iter().map(ToString::to_string).collect();
         let mut tell_part = |n_searched: usize| {
@@ -87,14 +88,7 @@ impl ManyContexts {
                 names.join(", ")
             ));
         };
-        fit_ranks_telling(
-            data,
-            targets,
-            &ranks,
-            &stage_one,
-            &self.options,
-            &mut tell_part,
-        )
+        fit_ranks_telling(data, targets, &ranks, &stage_one, options, &mut tell_part)
     }
 }
 
@@ -118,18 +112,22 @@ impl Learn for ManyContexts {
         joint: &JointTorques,
         tell: &mut dyn FnMut(&str),
     ) -> Result<Vec<Candidate>, TorqueError> {
+        let options = MultiTaskOptions {
+            continuous: samples.continuous.clone(),
+            ..self.options.clone()
+        };
         let data = stacked(samples)?;
         let targets = data.stack(&joint.values);
         let fits = match self.tasks {
             Tasks::Independent => {
                 tell("iGP");
-                vec![fit_independent(&data, &targets, &self.options)?]
+                vec![fit_independent(&data, &targets, &options)?]
             }
             Tasks::Pooled => {
                 tell("pGP");
-                vec![fit_pooled(&data, &targets, &self.options)?]
+                vec![fit_pooled(&data, &targets, &options)?]
             }
-            Tasks::Transfer(_) => self.transfer(&data, &targets, tell)?,
+            Tasks::Transfer(_) => self.transfer(&data, &targets, &options, tell)?,
         };
         Ok(fits.into_iter().map(Candidate::from).collect())
     }

@@ -155,7 +155,7 @@ fn in_unit(covariance: &TorqueCovariance, unit: f64) -> Result<TorqueCovariance,
     params.signal_std *= unit;
     let weights = (params.linear_std.iter_mut()).chain(params.coulomb_std.iter_mut().flatten());
     weights.for_each(|weight| *weight *= unit);
-    TorqueCovariance::new(params)
+    covariance.with_params(params)
 }
 
 /// The report with the likelihoods of densities per N·m.

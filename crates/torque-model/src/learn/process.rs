@@ -14,7 +14,7 @@ use crate::samples::{JointTorques, Samples};
 pub struct SingleProcess {
     /// Whether friction is among its terms.
     pub form: TorqueForm,
-    /// How its hyperparameters are searched for.
+    /// How its hyperparameters are searched for; which joints are continuous, the samples say.
     pub options: FitOptions,
 }
 
@@ -31,7 +31,11 @@ impl Learn for SingleProcess {
     ) -> Result<Vec<Candidate>, TorqueError> {
         tell(&self.name());
         let x = samples.x.as_ref();
-        let fit = gp_core::fit(x, &joint.values, self.form, &self.options)?;
+        let options = FitOptions {
+            continuous: samples.continuous.clone(),
+            ..self.options.clone()
+        };
+        let fit = gp_core::fit(x, &joint.values, self.form, &options)?;
         Ok(vec![JointModel::from(fit).into()])
     }
 }

@@ -175,7 +175,15 @@ impl Learn for RigidBody {
             regressor: y.as_ref(),
             targets: &joint.values,
         };
-        let fit = self.fit(joint.joint_idx, of_joint)?;
+        let options = FitOptions {
+            continuous: samples.continuous.clone(),
+            ..self.options.clone()
+        };
+        let learner = Self {
+            options,
+            ..self.clone()
+        };
+        let fit = learner.fit(joint.joint_idx, of_joint)?;
         let rows = |prior: &ParameterPrior| RegressorRows {
             robot: Arc::clone(robot),
             joint_idx: joint.joint_idx,

@@ -62,6 +62,7 @@ pub struct Predictor {
 #[derive(Debug, Clone)]
 pub struct Scratch {
     signs: Vec<f64>,        // (ℓ,)
+    z: Vec<f64>,            // (largest number of columns of an embedded state,)
     correlations: Vec<f64>, // (largest r,)
     k: Vec<f64>,            // (largest r or number of features,)
     y: Vec<f64>,            // a joint's columns of Y, and as many more
@@ -103,6 +104,14 @@ impl JointPredictor {
         }
     }
 
+    /// Scratch entries needed for an embedded state.
+    fn n_embedded(&self) -> usize {
+        match self {
+            Self::Process(process) => process.n_embedded(),
+            Self::Linear(_) | Self::RigidBody(_) | Self::Shared(_) => 0,
+        }
+    }
+
     fn predict(
         &self,
         context: usize,
@@ -122,7 +131,8 @@ impl JointPredictor {
             Self::Process(process) => {
                 let correlations = &mut scratch.correlations[..order];
                 let state = (x, scratch.signs.as_slice(), of_joint);
-                process.predict(context, state, correlations, k, y)
+                let z = &mut scratch.z[..process.n_embedded()];
+                process.predict(context, state, z, correlations, k, y)
             }
             Self::RigidBody(rigid_body) => rigid_body.predict(of_joint, y),
             Self::Shared(shared) => shared.predict(context, x, of_joint, y),
@@ -228,6 +238,7 @@ impl Predictor {
         let order = largest(|joint| joint.orders().0);
         Scratch {
             signs: vec![0.0; self.n_joints],
+            z: vec![0.0; largest(JointPredictor::n_embedded)],
             correlations: vec![0.0; order],
             k: vec![0.0; order],
             y: vec![0.0; largest(|joint| joint.orders().1)],

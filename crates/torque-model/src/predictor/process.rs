@@ -12,7 +12,7 @@
 use faer::MatRef;
 use gp_core::Posterior;
 use gp_core::fit::RigidBodyAndProcess;
-use kernels::{Covariance, TorqueCovariance, sgn};
+use kernels::{ContinuousJoints, Covariance, TorqueCovariance, sgn};
 use linalg::sums::{dot_compensated, dot_pairwise};
 use linalg::{PackedLower, exp_in_place};
 use mtgp::prior::{TaskMatrix, split};
@@ -77,9 +77,9 @@ impl View {
 #[derive(Debug, Clone)]
 struct Terms {
     bias_var: f64,
-    linear_var: Vec<f64>, // (3ℓ,)
+    linear_var: Vec<f64>, // (d,) for the d columns of embedded states
     signal_var: f64,
-    half_precision: Vec<f64>, // (3ℓ,) −1/(2 l_j²)
+    half_precision: Vec<f64>, // (d,) −1/(2 l_j²)
     coulomb_var: Vec<f64>,    // (ℓ,), or empty for GP¬c
 }
 
@@ -87,16 +87,17 @@ struct Terms {
 #[derive(Debug, Clone)]
 struct Folded {
     bias: f64,
-    linear: Vec<f64>,  // (3ℓ,)
+    linear: Vec<f64>,  // (d,)
     coulomb: Vec<f64>, // (ℓ,), or empty
 }
 
 /// A process ready to be asked at one state, in each of its contexts.
 #[derive(Debug, Clone)]
 pub(crate) struct ProcessPredictor {
+    continuous: ContinuousJoints,
     terms: Terms,
     views: Vec<View>,
-    points: Vec<f64>, // (r, 3ℓ), column after column
+    points: Vec<f64>, // (r, d), column after column
     signs: Vec<f64>,  // (r, ℓ), column after column, or empty
     l: PackedLower,
     noise: Option<(PackedLower, f64)>,
@@ -147,7 +148,7 @@ impl ProcessPredictor {
     }
 
     /// # Shapes
-    /// `points` (r, 3ℓ), the covariates of the basis points of `posterior`.
+    /// `points` (r, 3ℓ), the states of the basis points of `posterior`.
     fn new<C: Covariance>(
         posterior: &Posterior<C>,
         input: &TorqueCovariance,
@@ -157,11 +158,15 @@ impl ProcessPredictor {
         let (basis, n_joints) = (posterior.basis(), input.n_joints());
         let terms = Terms::of(input);
         let noise_var = posterior.noise_std() * posterior.noise_std();
+        let continuous = input.continuous();
+        let embedded = continuous.embed(points);
+        let points = embedded.as_ref();
         let velocities = points.subcols(n_joints, terms.coulomb_var.len());
         let points = columns_of(points);
         let signs: Vec<f64> = columns_of(velocities).into_iter().map(sgn).collect();
         let view = |scaling| View::new(&terms, &points, &signs, &basis.weights, scaling);
         Self {
+            continuous: continuous.clone(),
             views: scalings.into_iter().map(view).collect(),
             terms,
             points,
@@ -178,6 +183,11 @@ impl ProcessPredictor {
         self.l.order()
     }
 
+    /// Number of columns d of embedded states.
+    pub fn n_embedded(&self) -> usize {
+        self.terms.half_precision.len()
+    }
+
     /// Number of columns of Y that it depends on.
     pub fn n_parameters(&self) -> usize {
         (self.rigid_body.as_ref()).map_or(0, |(parameters, _)| parameters.n_columns())
@@ -186,20 +196,23 @@ impl ProcessPredictor {
     /// Mean and latent variance at x in a context.
     ///
     /// # Shapes
-    /// `signs` sgn q̇, (ℓ,); `of_joint` the joint's row of Y where there is a rigid body; scratch of r
+    /// `signs` sgn q̇, (ℓ,); `of_joint` the joint's row of Y where there is a rigid body; scratch of d entries, of r
     /// entries twice, and one for each column of Y.
     pub fn predict(
         &self,
         view: usize,
         (x, signs, of_joint): (&[f64], &[f64], &[f64]),
+        z: &mut [f64],
         correlations: &mut [f64],
         k: &mut [f64],
         y: &mut [f64],
     ) -> (f64, f64) {
+        self.continuous.embed_state(x, z);
+        let z = &*z;
         let arch = pulp::Arch::new();
         arch.dispatch(
             #[inline(always)]
-            || self.exponents_and_features(x, signs, correlations, k),
+            || self.exponents_and_features(z, signs, correlations, k),
         );
         exp_in_place(correlations);
         let mut rigid_body = (0.0, 0.0);
@@ -209,16 +222,16 @@ impl ProcessPredictor {
         }
         arch.dispatch(
             #[inline(always)]
-            || self.mean_and_var(&self.views[view], (x, signs), rigid_body, correlations, k),
+            || self.mean_and_var(&self.views[view], (z, signs), rigid_body, correlations, k),
         )
     }
 
-    /// Writes −½ Σ_j ((x_j − p_j)/l_j)² and the rest of c(p, x) for every basis point p.
+    /// Writes −½ Σ_j ((z_j − p_j)/l_j)² and the rest of c(p, x) for every basis point p.
     #[inline(always)]
     #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
     fn exponents_and_features(
         &self,
-        x: &[f64],
+        z: &[f64],
         signs: &[f64],
         exponents: &mut [f64],
         k: &mut [f64],
@@ -227,10 +240,10 @@ impl ProcessPredictor {
         exponents.fill(0.0);
         k.fill(terms.bias_var);
         for (j, half_precision) in terms.half_precision.iter().enumerate() {
-            let (x, column) = (x[j], column(&self.points, j, self.n_points()));
-            let weighted = terms.linear_var[j] * x;
+            let (z, column) = (z[j], column(&self.points, j, self.n_points()));
+            let weighted = terms.linear_var[j] * z;
             for ((exponent, k), point) in exponents.iter_mut().zip(k.iter_mut()).zip(column) {
-                let difference = x - point;
+                let difference = z - point;
                 *exponent += half_precision * (difference * difference);
                 *k += weighted * point;
             }
@@ -249,14 +262,14 @@ impl ProcessPredictor {
     fn mean_and_var(
         &self,
         view: &View,
-        (x, signs): (&[f64], &[f64]),
+        (z, signs): (&[f64], &[f64]),
         (of_parameters, parameter_var): (f64, f64),
         correlations: &[f64],
         k: &mut [f64],
     ) -> (f64, f64) {
         let n_signs = view.folded.coulomb.len();
         let mean = dot_pairwise(&view.signal_weights, correlations)
-            + dot_pairwise(&view.folded.linear, x)
+            + dot_pairwise(&view.folded.linear, z)
             + dot_pairwise(&view.folded.coulomb, &signs[..n_signs])
             + view.folded.bias
             + of_parameters;
@@ -270,7 +283,7 @@ impl ProcessPredictor {
             }
         }
         self.l.solve_in_place(k); // φ
-        let prior_var = view.scale_prior(self.terms.prior_var(x, &signs[..n_signs]));
+        let prior_var = view.scale_prior(self.terms.prior_var(z, &signs[..n_signs]));
         let unexplained = prior_var + parameter_var - dot_pairwise(k, k);
         // The comparison lets NaN through, which f64::max would turn into certainty.
         let mut var = if unexplained < 0.0 { 0.0 } else { unexplained };
@@ -313,7 +326,7 @@ fn column(columns: &[f64], j: usize, n_rows: usize) -> &[f64] {
 
 impl Terms {
     fn of(covariance: &TorqueCovariance) -> Self {
-        let params = covariance.named_params();
+        let params = covariance.embedded_params();
         let squares = |stds: &[f64]| stds.iter().map(|std| std * std).collect();
         Self {
             bias_var: params.bias_std * params.bias_std,
@@ -329,13 +342,13 @@ impl Terms {
     /// c(x, x).
     #[inline(always)]
     #[allow(clippy::inline_always, reason = "compiled once per instruction set")]
-    fn prior_var(&self, x: &[f64], signs: &[f64]) -> f64 {
+    fn prior_var(&self, z: &[f64], signs: &[f64]) -> f64 {
         let weighted = |vars: &[f64], values: &[f64]| -> f64 {
             let terms = vars.iter().zip(values);
             terms.map(|(var, value)| var * value * value).sum()
         };
         self.bias_var
-            + weighted(&self.linear_var, x)
+            + weighted(&self.linear_var, z)
             + self.signal_var
             + weighted(&self.coulomb_var, signs)
     }

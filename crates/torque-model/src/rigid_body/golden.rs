@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use faer::Mat;
+use kernels::ContinuousJoints;
 use puma_dyn::dynamics::inertial_parameters;
 use puma_dyn::robot::next_hysteresis;
 use puma_dyn::{Context, Model, Workspace, parse_urdf, regressor};
@@ -104,6 +105,7 @@ fn samples(name: &str) -> Samples {
             t: rows.iter().map(|row| number(row, "t")).collect(),
             ..Timeline::default()
         },
+        continuous: ContinuousJoints::none(),
     };
     for row in &rows {
         let place = |names: &mut Vec<String>, name: &String| {

@@ -7,7 +7,7 @@ use gp_core::sampling::{
     sample_chains,
 };
 use gp_core::{LikelihoodOptions, LogMarginal, Posterior};
-use kernels::{Covariance, TorqueForm};
+use kernels::{ContinuousJoints, Covariance, TorqueForm};
 use mtgp::prior::{TaskMatrix, TaskRegression};
 use mtgp::{MultiTaskCovariance, Stacked};
 use serde::{Deserialize, Serialize};
@@ -99,7 +99,12 @@ fn prior(
     targets: &[f64],
     covariance: &Regressions,
 ) -> Result<HyperPrior, BenchError> {
-    let moments = chapter_start(data.covariates(), targets, TorqueForm::Coulomb)?;
+    let moments = chapter_start(
+        data.covariates(),
+        targets,
+        TorqueForm::Coulomb,
+        &ContinuousJoints::none(),
+    )?;
     let mut task = covariance.task().clone();
     task.set_params(&vec![1.0; task.n_params()]);
     let centre = MultiTaskCovariance::new(moments.covariance, task);

@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use mtgp::Criterion;
 use torque_model::rigid_body::TermSet;
 
+use crate::continuous::ContinuousArgs;
 use crate::data_args::DataArgs;
 use crate::error::CliError;
 use crate::method::MethodArg;
@@ -36,6 +37,9 @@ pub struct Args {
     /// Joints to learn, by number or name [default: all with a torque column]
     #[arg(long, value_name = "JOINT,…", value_delimiter = ',')]
     pub joints: Vec<String>,
+
+    #[command(flatten)]
+    pub continuous: ContinuousArgs,
 
     /// Rank of the matrix that relates the contexts (mgp): a number, or bic to choose one by the criterion
     /// [default: bic]
@@ -88,7 +92,10 @@ pub struct Args {
     #[arg(long, value_name = "FILE.tgp")]
     pub output: PathBuf,
 
-    #[command(flatten, next_help_heading = "Robot (rbd and rbd+gp)")]
+    #[command(
+        flatten,
+        next_help_heading = "Robot (rbd and rbd+gp; for gpc, gp, mgp, igp and pgp which of its joints are continuous)"
+    )]
     pub robot: OptionalRobotArgs,
 }
 
@@ -131,6 +138,11 @@ impl ModelArg {
     /// Whether it is linear in the state.
     pub fn is_linear(self) -> bool {
         matches!(self, Self::Lr | Self::Lrc)
+    }
+
+    /// Whether it has a process, which sees states as they are.
+    pub fn has_process(self) -> bool {
+        !matches!(self, Self::Lr | Self::Lrc | Self::Rbd)
     }
 
     /// Whether it learns several contexts together.
@@ -257,8 +269,14 @@ impl Args {
         let needs_robot = self.model.is_of_robot();
         let is_ranked = self.model == ModelArg::Mgp;
         let reason = match (self.rank, self.criterion) {
-            _ if self.robot.request().is_some() && !needs_robot => {
-                format!("--robot goes with --model rbd and rbd+gp, not {model}")
+            _ if self.robot.request().is_some() && !needs_robot && !self.model.has_process() => {
+                format!(
+                    "--robot goes with --model rbd and rbd+gp, and with gpc, gp, mgp, igp and pgp for its continuous \
+                     joints, not {model}"
+                )
+            }
+            _ if self.continuous.is_given() && !self.model.has_process() => {
+                format!("--continuous goes with gpc, gp, mgp, igp, pgp and rbd+gp, not {model}")
             }
             _ if self.chapter && needs_robot => {
                 format!("--chapter goes with all models but rbd and rbd+gp, not {model}")

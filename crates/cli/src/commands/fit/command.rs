@@ -60,17 +60,22 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     args.check()?;
     let learner = learner(args)?;
     let (prefix, option, asked) = (&args.data.tau_prefix, "--joints", &args.joints);
-    let columns = match learner.robot() {
+    let columns = match joints_of_robot(args, learner.as_ref())? {
         None => DataColumns::of_header(&table, prefix, option, asked),
-        Some(robot) => {
-            let joints = Joints::of_robot(&robot.model);
-            DataColumns::of_robot(&table, joints, prefix, option, asked)
-        }
+        Some(joints) => DataColumns::of_robot(&table, joints, prefix, option, asked),
     }?;
+    let columns = match args.continuous.named(&columns.joints)? {
+        Some(continuous) => columns.with_continuous(&continuous),
+        None => columns,
+    };
     let mut output = Output::create(&args.output)?;
-    let data = read(args, &file, &mut table, &columns)?;
+    let mut data = read(args, &file, &mut table, &columns)?;
     check_bare(args, &file, &data)?;
     check(&file, &data)?;
+    if args.model.has_process() {
+        let of = (args.continuous).of(&file, &columns.joints, &data.samples);
+        data.samples.continuous = of?;
+    }
     let learner = match &args.payloads {
         Some(folder) => described_contexts(args, folder, &data.samples.contexts)?,
         None => learner,
@@ -97,6 +102,23 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     output.commit()?;
     messages::note(format!("{name} written"));
     Ok(())
+}
+
+/// The joints of the robot whose parameters are learned, or of the one that says which joints are continuous.
+fn joints_of_robot(args: &Args, learner: &dyn Learn) -> Result<Option<Joints>, CliError> {
+    let Some(request) = args.robot.request() else {
+        return Ok(None);
+    };
+    let joints = match learner.robot() {
+        Some(robot) => Joints::of_robot(&robot.model),
+        None => Joints::of_robot(&request.load()?.model),
+    };
+    // The PUMA 560 has stops, of which its published parameters say nothing.
+    Ok(Some(if request.is_built_in() {
+        joints.with_stops()
+    } else {
+        joints
+    }))
 }
 
 /// The rows of one context, or of several that are learned together.

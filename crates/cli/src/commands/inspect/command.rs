@@ -94,6 +94,13 @@ fn of_joint(model: &RobotModel, name: &str, joint: &JointModel) -> JointDescript
     let noise_std = joint.noise_std();
     let covariance = joint.input_covariance();
     let mut hyperparameters = covariance.map(|of| Hyperparameters::of(of, noise_std));
+    if let (Some(of), Some(covariance)) = (&mut hyperparameters, covariance) {
+        let turning = covariance.continuous().indices().iter();
+        let names: Vec<String> = turning
+            .map(|idx| model.joint_names()[*idx].clone())
+            .collect();
+        of.continuous = (!names.is_empty()).then_some(names);
+    }
     let task = joint.tasks().map(|process| process.covariance().task());
     if let (Some(of), Some(TaskCovariance::Factor(factor))) = (&mut hyperparameters, task) {
         let rows = full_rows(factor.n_tasks(), factor.rank(), &factor.entries());

@@ -145,6 +145,14 @@ impl JointDescription {
                 .collect();
             let table = text_table::render(&["hyperparameter", "value"], &rows);
             let _ = write!(text, "\n{table}");
+            if let Some(continuous) = &hyperparameters.continuous {
+                let names = continuous.join(", ");
+                let _ = writeln!(
+                    text,
+                    "turning without end: {names}; of their q, linear_std is in N·m of cosine and sine, and length_scales \
+                     of the chord 2 sin(½ difference)"
+                );
+            }
         }
         for (name, matrix) in [("K", &self.k_task), ("correlation", &self.correlations)] {
             if let Some(matrix) = matrix {
