@@ -74,6 +74,7 @@ fn model() -> RobotModel {
             t: rows.iter().map(|(_, row)| *row as f64 * STEP).collect(),
             ..Timeline::default()
         },
+        continuous: torque_model::ContinuousJoints::none(),
     };
     let learner = SharedParameters {
         robot,

@@ -110,6 +110,7 @@ fn samples(robot: &Robot, loads: &[(&str, f64)], seed: u64, n: usize) -> Samples
             })
             .into(),
         timeline: torque_model::Timeline::default(),
+        continuous: torque_model::ContinuousJoints::none(),
     }
 }
 

@@ -158,6 +158,7 @@ fn learned(scenario: &Scenario, runs: &[Run], noise: &TorqueNoise, seed: u64) ->
             t,
             ..Timeline::default()
         },
+        continuous: torque_model::ContinuousJoints::none(),
     };
     let learner = SharedParameters {
         robot: Robot::new(RobotSource::puma560(), "puma560").unwrap(),

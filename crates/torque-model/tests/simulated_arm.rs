@@ -160,6 +160,7 @@ impl SimulatedArm {
             x: Mat::from_fn(rows.len(), 3 * N_JOINTS, |row, col| rows[row][col]),
             torques: (0..N_JOINTS).map(of_joint).collect(),
             timeline,
+            continuous: torque_model::ContinuousJoints::none(),
         }
     }
 

@@ -88,6 +88,7 @@ pub fn samples<R: AsRef<[usize]>>(data: &DataSet, loads: &[(usize, R)]) -> Sampl
         x: data.x(&rows),
         torques: (1..=N_JOINTS).map(of_joint).collect(),
         timeline: Timeline::default(),
+        continuous: torque_model::ContinuousJoints::none(),
     }
 }
 
