@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn encoders_write_one_turn_in_two_ways() {
-        for (low, high) in [(-3.1, 3.1), (0.0, 6.28), (-PI - 0.005, PI + 0.005)] {
+        for (low, high) in [(-3.1, 3.1), (0.0, 6.25), (-PI - 0.005, PI + 0.005)] {
             let found = cover(low, high, 200);
             assert!(
                 found.is_one_turn() && !found.is_several_turns(),
