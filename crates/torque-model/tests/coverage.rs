@@ -73,7 +73,9 @@ impl Tally {
         let judge = |of: Vec<usize>, own: &mut Coverage, combined: &mut Coverage| {
             let std = posterior.std();
             let of: Vec<usize> = of.into_iter().filter(|k| std[*k] > 0.0).collect();
-            (of.iter()).for_each(|k| own.add((truth[*k] - posterior.mean()[*k]) / std[*k]));
+            for k in &of {
+                own.add((truth[*k] - posterior.mean()[*k]) / std[*k]);
+            }
             add_combinations(posterior, &truth, &of, combined);
         };
         let bodies = unknowns.bodies().collect();
