@@ -53,20 +53,7 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
         campaign.parts(experiment, &sweeps, prepare, |sources, &load| {
             sweep(sources, &settings, load)
         })?;
-    let of_shared = (loads.iter().copied()).map(|load| {
-        Task::new(
-            format!("rbd of all loads, c{load} on all trajectories"),
-            (load, None),
-        )
-    });
-    let of_shared: Vec<Task<(usize, Option<TrajectoryId>)>> =
-        of_shared.chain(into_the_wall(&settings)).collect();
-    let of_shared: Option<Vec<Vec<Vec<Row>>>> = campaign.parts(
-        experiment,
-        &of_shared,
-        |bench| of_all_loads(bench, &set, settings.new_samples),
-        |model, &(load, wall)| sweep_of_shared(&plant, &settings, model, (load, wall)),
-    )?;
+    let of_shared = runs_of_shared(experiment, campaign, (&plant, &set, &settings))?;
     let once = |label: &str| [Task::new(label, ())];
     let contact = campaign.parts(experiment, &once("the wall"), prepare, |sources, ()| {
         contact(sources, &settings)
@@ -80,12 +67,12 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     let finer = campaign.parts(experiment, &once("finer steps"), prepare, |sources, ()| {
         check_integration(sources, &settings, loads[0])
     })?;
-    let found = rows.zip(of_shared).zip(contact).zip(switched).zip(finer);
-    let Some(((((mut rows, mut of_shared), mut contact), switched), finer)) = found else {
+    let found = rows.zip(contact).zip(of_shared).zip(switched).zip(finer);
+    let Some(((((mut rows, mut contact), of_shared), switched), finer)) = found else {
         return Ok(None);
     };
-    contact.extend(of_shared.split_off(loads.len()).concat());
-    rows.extend(of_shared);
+    rows.extend(of_shared.free);
+    contact.push(of_shared.walled);
 
     let results = Results {
         integration_error: finer.into_iter().sum(),
@@ -102,6 +89,45 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
     };
     results.section(&plant).map(Some)
 }
+/// Runs with rbd of all loads.
+struct OfShared {
+    /// Of each load on each trajectory.
+    free: Vec<Vec<Vec<Row>>>,
+    /// Into the wall.
+    walled: Vec<Row>,
+}
+
+/// The runs of rbd, which learns all loads at once; `None` as long as one is missing.
+fn runs_of_shared(
+    experiment: &SectionExperiment,
+    campaign: &Campaign,
+    (plant, set, settings): (&Plant, &TrainingSet, &Settings),
+) -> Result<Option<OfShared>, BenchError> {
+    let prepare = |bench| of_all_loads(bench, set, settings.new_samples);
+    let loads = settings.loads.iter().copied().chain([NEW_LOAD]);
+    let tasks: Vec<Task<usize>> = loads
+        .map(|load| {
+            Task::new(
+                format!("rbd of all loads, c{load} on all trajectories"),
+                load,
+            )
+        })
+        .collect();
+    let free = campaign.parts(experiment, &tasks, prepare, |model, &load| {
+        sweep_of_shared(plant, settings, model, load)
+    })?;
+    let wall = [Task::new("rbd of all loads, the wall", ())];
+    let walled: Option<Vec<Vec<Row>>> =
+        campaign.parts(experiment, &wall, prepare, |model, ()| {
+            contact_of_shared(plant, settings, model)
+        })?;
+    let both = free.zip(walled);
+    Ok(both.map(|(free, walled)| OfShared {
+        free,
+        walled: walled.concat(),
+    }))
+}
+
 /// What all runs need.
 fn sources<'a>(
     bench: &'a Bench,
@@ -143,30 +169,40 @@ fn sweep(
     rows.collect()
 }
 
-/// The run of rbd into the wall; none if its load is not among those that are carried.
-fn into_the_wall(settings: &Settings) -> Option<Task<(usize, Option<TrajectoryId>)>> {
-    let (load, id) = (settings.wall.load, settings.wall.trajectory);
-    let task = || Task::new("rbd of all loads, the wall", (load, Some(id)));
-    settings.loads.contains(&load).then(task)
-}
-
-/// Runs of rbd under a load, on each trajectory, or on one into the wall.
+/// Runs of rbd of all loads under one of them, on each trajectory.
 fn sweep_of_shared(
     plant: &Plant,
     settings: &Settings,
     model: &RobotModel,
-    (load, walled): (usize, Option<TrajectoryId>),
+    load: usize,
 ) -> Result<Vec<Vec<Row>>, BenchError> {
-    let wall = walled.map(|id| plant.wall(id.path_idx, &settings.wall));
     let sweep = Sweep {
         plant,
         settings,
-        wall: wall.as_ref(),
+        wall: None,
     };
-    let followed = walled.map_or_else(|| settings.followed.clone(), |id| vec![id]);
-    let rows = followed.into_iter();
-    rows.map(|id| sweep.rows_of_shared(model, id, load))
+    let rows = settings.followed.iter();
+    rows.map(|id| sweep.rows_of_shared(model, *id, load))
         .collect()
+}
+
+/// Its runs into the wall; none if its load is not among those that are carried.
+fn contact_of_shared(
+    plant: &Plant,
+    settings: &Settings,
+    model: &RobotModel,
+) -> Result<Vec<Row>, BenchError> {
+    let (load, id) = (settings.wall.load, settings.wall.trajectory);
+    if !settings.loads.contains(&load) {
+        return Ok(Vec::new());
+    }
+    let wall = plant.wall(id.path_idx, &settings.wall);
+    let sweep = Sweep {
+        plant,
+        settings,
+        wall: Some(&wall),
+    };
+    sweep.rows_of_shared(model, id, load)
 }
 
 /// The change of the errors that a finer integration makes, on the last trajectory.

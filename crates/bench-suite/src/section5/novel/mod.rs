@@ -10,6 +10,10 @@ mod picture;
 mod shared;
 mod table;
 
+use std::collections::BTreeMap;
+
+use torque_model::RobotModel;
+
 use self::case::{Case, Samples, Settings, Test};
 use self::learners::{Learner, Learners, Score};
 use self::physics::LoadRegression;
@@ -20,6 +24,7 @@ use super::part::Task;
 use super::training_set::{SPLIT_SEED, TrainingSet};
 use crate::data_figures::section::{Made, Section};
 use crate::dataset::N_JOINTS;
+use crate::error::BenchError;
 use crate::multi::draw::nested;
 use crate::rigid_body::Terms;
 use crate::section_experiment::SectionExperiment;
@@ -59,16 +64,15 @@ pub fn make(experiment: &SectionExperiment, campaign: &Campaign) -> Made {
         &cases_of_robot(&settings),
         |bench| {
             let set = TrainingSet::of_table_2(settings.n_total);
-            let known = Terms::ALL.map(|terms| bench.shared(terms, &set));
-            let [chosen, signs] = known;
-            let known = [(Terms::Chosen, chosen?), (Terms::Signs, signs?)];
+            let learned = |terms| Ok((terms, bench.shared(terms, &set)?));
+            let known: Result<BTreeMap<Terms, RobotModel>, BenchError> =
+                Terms::ALL.into_iter().map(learned).collect();
+            let known = known?;
             Ok((bench, known, test(bench, &settings, &split)))
         },
         |(bench, known, test), (terms, case)| {
             let samples = samples(*case, &settings, &split, bench);
-            let model = known.iter().find(|(of, _)| of == terms);
-            let (terms, model) = model.expect("a model for all terms");
-            shared::scores((*terms, model), &samples, test, *case)
+            shared::scores((*terms, &known[terms]), &samples, test, *case)
         },
     )?;
     let Some((scores, of_robot)) = scores.zip(of_robot) else {
