@@ -52,7 +52,7 @@ fn require_one_link(links: &[(String, Option<String>)]) -> Result<(), CliError> 
     let Some((first, link)) = links.first() else {
         return Ok(());
     };
-    let in_words = |link: &Option<String>| match link {
+    let in_words = |link: Option<&str>| match link {
         Some(link) => format!("link = \"{link}\""),
         None => "no `link`".to_owned(),
     };
@@ -62,8 +62,8 @@ fn require_one_link(links: &[(String, Option<String>)]) -> Result<(), CliError> 
             file: file.clone(),
             reason: format!(
                 "{}, but {first} has {}: centres must be in the axes of one link",
-                in_words(other),
-                in_words(link)
+                in_words(other.as_deref()),
+                in_words(link.as_deref())
             ),
         }),
     }

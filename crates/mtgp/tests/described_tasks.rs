@@ -29,8 +29,8 @@ fn read(file: &str) -> impl Fn(&str) -> Vec<f64> {
 fn states(of: &impl Fn(&str) -> Vec<f64>) -> (Mat<f64>, Vec<usize>) {
     let columns = COVARIATES.map(of);
     let x = Mat::from_fn(columns[0].len(), 6, |row, col| columns[col][row]);
-    let number = |task: f64| (0..3).find(|known| f64::from(*known) == task).unwrap();
-    let tasks = of("task").into_iter().map(|task| number(task) as usize);
+    let number = |task: f64| (0..3_usize).find(|known| *known as f64 == task);
+    let tasks = of("task").into_iter().map(|task| number(task).unwrap());
     (x, tasks.collect())
 }
 

@@ -209,9 +209,10 @@ fn loads_summed_out_leave_the_arm_as_it_was() {
 }
 
 fn described(mass: f64) -> LoadDescription {
-    match mass {
-        0.0 => LoadDescription::NOTHING,
-        mass => LoadDescription::from(&payload(mass)),
+    if mass > 0.0 {
+        LoadDescription::from(&payload(mass))
+    } else {
+        LoadDescription::NOTHING
     }
 }
 
