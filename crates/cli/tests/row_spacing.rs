@@ -58,7 +58,7 @@ fn processes_learn_from_rows_that_are_apart() {
     assert!(!said.contains("apart"), "{said}");
     let torques = |model: &str| {
         folder.run(&format!(
-            "predict --model {model} --input log.csv --output y.csv"
+            "predict --model {model} --input log.csv --tau-prefix m --output y.csv"
         ));
         folder.read("y.csv")
     };
