@@ -92,7 +92,7 @@ fn a_small_reproduction_writes_its_report_and_the_next_one_recomputes_nothing() 
     let stderr = String::from_utf8(first.stderr).unwrap();
     assert!(first.status.success(), "{stderr}");
     assert!(
-        stderr.contains("6 cells to compute, 0 finished before"),
+        stderr.contains("7 cells to compute, 0 finished before"),
         "{stderr}"
     );
     let stdout = String::from_utf8(first.stdout).unwrap();
@@ -153,7 +153,7 @@ fn stored_results_are_drawn_without_computing_and_what_is_missing_is_said() {
     assert_eq!(request("c4", "fits").0, Some(0));
     let (status, stdout, stderr) = request("c4,c5", "results");
     assert_eq!((status, stderr.as_str()), (Some(0), ""));
-    let missing = "Not computed yet: 4, the first of them joint 1, load c5, LRc, n = 20.";
+    let missing = "Not computed yet: 5, the first of them joint 1, load c5, LRc, n = 20.";
     assert!(stdout.contains(missing), "{stdout}");
     assert_eq!(reports(), 2);
 }
@@ -167,7 +167,7 @@ fn another_seed_is_another_draw_with_cells_of_its_own() {
         let output = bench_suite(arguments, dir.path());
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(
-            stderr.contains("4 cells to compute, 0 finished before"),
+            stderr.contains("5 cells to compute, 0 finished before"),
             "{stderr}"
         );
         let stdout = String::from_utf8(output.stdout).unwrap();
@@ -202,7 +202,7 @@ fn shards_share_the_work_and_the_report_is_that_of_one_run() {
         let output = bench_suite(&[&small[..], &["--shard", shard]].concat(), shared.path());
         let stdout = String::from_utf8(output.stdout).unwrap();
         assert!(output.status.success(), "{stdout}");
-        let expected = format!("shard {shard}: 6 cells were computed");
+        let expected = format!("shard {shard}: 7 cells were computed");
         assert!(stdout.starts_with(&expected), "{stdout}");
         assert!(
             reports(shared.path()).is_empty(),
@@ -232,11 +232,11 @@ fn list_names_experiments_and_profiles() {
     let output = bench_suite(&["list"], Path::new(""));
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(
-        text.contains("smoke  360 cells: 15 loads, joints [1, 3, 6], n [20, 170]"),
+        text.contains("smoke  450 cells: 15 loads, joints [1, 3, 6], n [20, 170]"),
         "{text}"
     );
     assert!(
-        text.contains("full   97 units: 14 contexts, joints [1, 2, 3, 4, 5, 6], n [280, 364,"),
+        text.contains("full   145 units: 14 contexts, joints [1, 2, 3, 4, 5, 6], n [280, 364,"),
         "{text}"
     );
 }
