@@ -97,7 +97,7 @@ fn a_small_reproduction_writes_its_report_and_the_next_one_recomputes_nothing() 
     );
     let stdout = String::from_utf8(first.stdout).unwrap();
     assert!(
-        stdout.contains("joint  model          set     n = 20  published"),
+        stdout.contains("joint  model                     set      n = 20  published"),
         "{stdout}"
     );
 

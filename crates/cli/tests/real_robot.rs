@@ -218,6 +218,6 @@ fn a_load_is_followed_row_after_row() {
     );
     let refused = folder.refusal("context --model arm.tgp --data bare.csv --online");
     assert!(refused.contains("there is no column `t`"), "{refused}");
-    let refused = folder.refusal("context --model arm.tgp --data bare.csv --every 2");
+    let refused = folder.refuse("context --model arm.tgp --data bare.csv --every 2");
     assert!(refused.contains("--online"), "{refused}");
 }
