@@ -12,6 +12,9 @@ use crate::number_column::NumberColumn;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CliError {
+    /// A robot's log that cannot be made into samples.
+    #[error(transparent)]
+    Log(#[from] robot_log::LogError),
     /// A file cannot be opened, read or written.
     #[error("cannot {action} {file}: {source}")]
     Io {
@@ -38,6 +41,15 @@ pub enum CliError {
         /// Path.
         file: String,
     },
+    /// A table whose columns are separated by blanks.
+    #[error(
+        "{file}: line 1 has no comma: separate the columns by commas, not blanks, under a header such as q1,q2,…,qd1,…,qdd1,…; \
+         `torque-gp prepare` reads logs of any separator, with a header or without"
+    )]
+    Blanks {
+        /// Path.
+        file: String,
+    },
     /// A header and nothing below it.
     #[error("{file}: there is a header but no row below it")]
     NoRows {
@@ -57,7 +69,7 @@ pub enum CliError {
         second: usize,
     },
     /// Not all states are there.
-    #[error("{file}: missing column{}: {}; found: {}. {hint}", plural(.missing), .missing.join(", "), .found.join(", "))]
+    #[error("{file}: missing column{}: {}; found: {}. {hint}", plural(.missing), .missing.join(", "), listed(.found))]
     MissingColumns {
         /// Path.
         file: String,
@@ -215,6 +227,23 @@ impl CliError {
             },
         }
     }
+}
+
+/// Names of columns, of which a message has room for so many, of so many characters each.
+fn listed(names: &[String]) -> String {
+    const MOST: usize = 60;
+    const LONGEST: usize = 60;
+    let shown = names.iter().take(MOST).map(|name| {
+        let mut letters = name.chars();
+        let start: String = letters.by_ref().take(LONGEST).collect();
+        let end = if letters.next().is_some() { "…" } else { "" };
+        format!("{}{end}", start.escape_debug())
+    });
+    let mut text = shown.collect::<Vec<_>>().join(", ");
+    if names.len() > MOST {
+        text += &format!(", … and {} more", names.len() - MOST);
+    }
+    text
 }
 
 fn plural(names: &[String]) -> &'static str {

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use robot_log::Columns;
+
 use crate::columns::{Naming, QUANTITIES, separator_hint};
 use crate::error::CliError;
 use crate::joints::Joints;
@@ -186,7 +188,10 @@ fn require_all(
         file: file.to_owned(),
         missing,
         found: header.to_vec(),
-        hint: "Every joint needs its position q, speed qd and acceleration qdd".to_owned(),
+        hint: format!(
+            "Every joint needs its position q, speed qd and acceleration qdd{}",
+            log_hint(header)
+        ),
     })
 }
 
@@ -196,10 +201,28 @@ fn no_states(file: &str, header: &[String]) -> CliError {
         missing: QUANTITIES.map(|quantity| format!("{quantity}1…")).into(),
         found: header.to_vec(),
         hint: format!(
-            "States are needed as q1..qN, qd1..qdN, qdd1..qddN, or q_<joint>, qd_<joint>, qdd_<joint>{}",
-            separator_hint(header)
+            "States are needed as q1..qN, qd1..qdN, qdd1..qddN, or q_<joint>, qd_<joint>, qdd_<joint>{}{}",
+            separator_hint(header),
+            log_hint(header)
         ),
     }
+}
+
+/// What to say of a header that is that of a recorder.
+fn log_hint(header: &[String]) -> String {
+    let Some(mapping) = robot_log::guess(header) else {
+        return String::new();
+    };
+    let speeds = match mapping.velocity {
+        Some(Columns::Template(template)) => {
+            format!(", {} as speeds", template.replace("{}", &mapping.joints[0]))
+        }
+        _ => String::new(),
+    };
+    format!(
+        ". This looks like a robot's log{speeds}: `torque-gp prepare` renames its columns, filters, and makes accelerations \
+         from the speeds by differentiation"
+    )
 }
 
 fn columns_error(file: &str, reason: String) -> CliError {

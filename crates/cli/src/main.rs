@@ -59,7 +59,7 @@ use clap::{Parser, Subcommand};
 
 use crate::commands::{
     adapt, context as context_command, control, evaluate, export, fit, inspect, inverse_dynamics,
-    likelihood, predict, sample, simulate,
+    likelihood, predict, prepare, sample, simulate,
 };
 use crate::error::CliError;
 
@@ -80,6 +80,7 @@ struct Cli {
 enum Command {
     InverseDynamics(inverse_dynamics::Args),
     Simulate(simulate::Args),
+    Prepare(prepare::Args),
     Fit(fit::Args),
     Predict(predict::Args),
     Evaluate(evaluate::Args),
@@ -96,6 +97,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::InverseDynamics(args) => inverse_dynamics::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Prepare(args) => prepare::run(&args),
         Command::Fit(args) => fit::run(&args),
         Command::Predict(args) => predict::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),

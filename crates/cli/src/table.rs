@@ -233,6 +233,12 @@ fn check_header(file: &str, header: &StringRecord) -> Result<(), CliError> {
     if names.iter().all(|name| name.parse::<f64>().is_ok()) {
         return Err(CliError::NoHeader { file: file() });
     }
+    if let [only] = names[..]
+        && only.split_whitespace().count() > 1
+        && !only.contains([';', '\t'])
+    {
+        return Err(CliError::Blanks { file: file() });
+    }
     for (second, name) in names.iter().enumerate() {
         if let Some(first) = names[..second].iter().position(|other| other == name) {
             let column = (*name).to_owned();

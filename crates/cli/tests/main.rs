@@ -15,6 +15,7 @@ mod likelihood_contexts;
 mod log_columns;
 mod new_contexts;
 mod payloads;
+mod prepare;
 mod puma_samples;
 mod readme;
 mod real_arm;

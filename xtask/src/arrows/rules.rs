@@ -11,8 +11,20 @@ pub const MAY_USE: &[(&str, &[&str])] = &[
         "torque-model",
         &["linalg", "kernels", "gp-core", "mtgp", "puma-dyn"],
     ),
+    ("robot-log", &["puma-dyn", "torque-model"]),
     ("bench-suite", LIBRARIES),
-    ("cli", LIBRARIES),
+    (
+        "cli",
+        &[
+            "linalg",
+            "kernels",
+            "gp-core",
+            "mtgp",
+            "puma-dyn",
+            "torque-model",
+            "robot-log",
+        ],
+    ),
 ];
 
 const LIBRARIES: &[&str] = &[

@@ -10,5 +10,6 @@ pub mod inspect;
 pub mod inverse_dynamics;
 pub mod likelihood;
 pub mod predict;
+pub mod prepare;
 pub mod sample;
 pub mod simulate;

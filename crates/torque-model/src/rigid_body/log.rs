@@ -243,7 +243,7 @@ impl<'a> Log<'a> {
 ///
 /// # Shapes
 /// `t`, s, and `qd`, rad/s, (n,).
-pub(crate) fn used_rows(t: &[f64], qd: &[f64]) -> Vec<bool> {
+pub fn used_rows(t: &[f64], qd: &[f64]) -> Vec<bool> {
     let mut way = 0.0;
     let mut used = moving(t, qd);
     for (row, used) in used.iter_mut().enumerate() {

@@ -42,6 +42,7 @@ pub use evidence::LoadEvidence;
 pub use export::{IdentifiedLoad, IdentifiedRobot};
 pub use fit::FitSettings;
 pub use identify::{Fitted, fit};
+pub use log::used_rows;
 pub(crate) use log::{Run, runs_of};
 pub use low_rank::LowRank;
 pub(crate) use memory::states_with_memory;

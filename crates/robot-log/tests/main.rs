@@ -1,0 +1,4 @@
+//! Logs made into samples, against numbers of another program.
+
+mod dialects;
+mod golden;
