@@ -239,11 +239,11 @@ fn listed(names: &[String]) -> String {
         let end = if letters.next().is_some() { "…" } else { "" };
         format!("{}{end}", start.escape_debug())
     });
-    let mut text = shown.collect::<Vec<_>>().join(", ");
-    if names.len() > MOST {
-        text += &format!(", … and {} more", names.len() - MOST);
+    let shown = shown.collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(MOST) {
+        0 => shown,
+        rest => format!("{shown}, … and {rest} more"),
     }
-    text
 }
 
 fn plural(names: &[String]) -> &'static str {

@@ -376,14 +376,14 @@ impl Dialect {
         }
     }
 
-    fn split<'a>(&self, line: &'a str) -> Vec<&'a str> {
+    fn split(self, line: &str) -> Vec<&str> {
         match self.separator {
             Some(separator) => line.split(char::from(separator)).collect(),
             None => line.split_whitespace().collect(),
         }
     }
 
-    fn header(&self, file: &str, lines: &[String]) -> Result<Header, LogError> {
+    fn header(self, file: &str, lines: &[String]) -> Result<Header, LogError> {
         let unquoted = |name: &&str| name.trim().trim_matches('"').trim().to_owned();
         let is_comment = |line: &&String| line.starts_with('#');
         let Some(first) = lines.iter().find(|line| !is_comment(line)) else {

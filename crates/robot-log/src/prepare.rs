@@ -129,63 +129,101 @@ pub fn prepare<E: From<LogError>>(
     settings: &Settings,
     mut take: impl FnMut(&mut PreparedRun) -> Result<(), E>,
 ) -> Result<Tally, E> {
-    let mut tally = Tally::default();
+    let mut preparation = Preparation {
+        file: recording.file().to_owned(),
+        settings,
+        names: Vec::new(),
+        tally: Tally::default(),
+    };
     let mut raw = RawRun::new(recording);
     let mut measurement = Measurement::default();
-    let default_name = stem(recording.file()).to_owned();
-    let mut names: Vec<String> = Vec::new();
     loop {
         let is_more = recording.next(&mut measurement)?;
         let is_same = is_more && raw.is_of(&measurement);
         if raw.n_rows() > 0 && !is_same {
-            let base = if raw.run.is_empty() {
-                &default_name
-            } else {
-                &raw.run
-            };
-            let name = unused(base, &mut names);
-            let of_run = |cause| LogError::Run {
-                file: recording.file().to_owned(),
-                run: name.clone(),
-                cause: Box::new(cause),
-            };
-            let context = settings.context.as_ref().filter(|_| raw.context.is_empty());
-            let context = context.unwrap_or(&raw.context).clone();
-            let base = raw.time_base(settings).map_err(of_run)?;
-            tally.n_duplicates += base.n_duplicates(raw.t.len());
-            tally.n_gaps += base.stretches.len() - 1;
-            for stretch in &base.stretches {
-                let mut run = match raw.prepared(&base, stretch, settings) {
-                    Ok(run) => run,
-                    Err(LogError::Short { .. }) => {
-                        tally.n_short += 1;
-                        continue;
-                    }
-                    Err(cause) => return Err(of_run(cause).into()),
-                };
-                run.name = match stretch.places.start {
-                    0 => name.clone(),
-                    _ => unused(&name, &mut names),
-                };
-                run.context.clone_from(&context);
-                tally.n_written += run.t.len();
-                take(&mut run)?;
-            }
+            preparation.finish(raw, &mut take)?;
             raw = RawRun::new(recording);
         }
         if !is_more {
             break;
         }
-        tally.n_read += 1;
-        if measurement.is_garbage() {
-            tally.n_garbage += 1;
-            tally.first_garbage.get_or_insert(measurement.row);
-        } else {
+        if preparation.counts(&measurement) {
             raw.push(&measurement).map_err(LogError::from)?;
         }
     }
-    if tally.n_written == 0 {
-        let file = recording.file();
+    Ok(preparation.into_tally()?)
+}
+
+/// A recording on its way to samples.
+struct Preparation<'a> {
+    file: String,
+    settings: &'a Settings,
+    /// Of the runs so far.
+    names: Vec<String>,
+    tally: Tally,
+}
+
+impl Preparation<'_> {
+    /// Counts a measurement; whether it is one to learn from.
+    fn counts(&mut self, measurement: &Measurement) -> bool {
+        let is_garbage = measurement.is_garbage();
+        self.tally.n_read += 1;
+        if is_garbage {
+            self.tally.n_garbage += 1;
+            self.tally.first_garbage.get_or_insert(measurement.row);
+        }
+        !is_garbage
+    }
+
+    /// Prepares a run that was read to its end, stretch by stretch.
+    fn finish<E: From<LogError>>(
+        &mut self,
+        mut raw: RawRun,
+        take: &mut impl FnMut(&mut PreparedRun) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let label = if raw.run.is_empty() {
+            stem(&self.file)
+        } else {
+            &raw.run
+        };
+        let name = unused(label, &mut self.names);
+        let of_run = |cause| LogError::Run {
+            file: self.file.clone(),
+            run: name.clone(),
+            cause: Box::new(cause),
+        };
+        let given = self.settings.context.as_ref();
+        let given = given.filter(|_| raw.context.is_empty());
+        let context = given.unwrap_or(&raw.context).clone();
+        let n_rows = raw.n_rows();
+        let base = raw.time_base(self.settings).map_err(of_run)?;
+        self.tally.n_duplicates += base.n_duplicates(n_rows);
+        self.tally.n_gaps += base.stretches.len() - 1;
+        for stretch in &base.stretches {
+            let mut run = match raw.prepared(&base, stretch, self.settings) {
+                Ok(run) => run,
+                Err(LogError::Short { .. }) => {
+                    self.tally.n_short += 1;
+                    continue;
+                }
+                Err(cause) => return Err(of_run(cause).into()),
+            };
+            run.name = match stretch.places.start {
+                0 => name.clone(),
+                _ => unused(&name, &mut self.names),
+            };
+            run.context.clone_from(&context);
+            self.tally.n_written += run.t.len();
+            take(&mut run)?;
+        }
+        Ok(())
+    }
+
+    fn into_tally(self) -> Result<Tally, LogError> {
+        let tally = self.tally;
+        if tally.n_written > 0 {
+            return Ok(tally);
+        }
         let what = match tally.n_read {
             0 => "no measurement in it".to_owned(),
             n if tally.n_garbage == n => format!(
@@ -193,9 +231,8 @@ pub fn prepare<E: From<LogError>>(
             ),
             n => format!("{n} rows, and no stretch without a gap is long enough for the filter"),
         };
-        return Err(LogError::file(file, what).into());
+        Err(LogError::file(self.file, what))
     }
-    Ok(tally)
 }
 
 impl Measurement {

@@ -1,4 +1,6 @@
 //! Logs made into samples, against numbers of another program.
 
+#![expect(clippy::unwrap_used, reason = "in a test a surprise is a failure")]
+
 mod dialects;
 mod golden;

@@ -137,7 +137,7 @@ fn main() {
         );
     });
     histogram("mean and variance", |idx| {
-        predict(ticks[idx % ticks.len()].0)
+        predict(ticks[idx % ticks.len()].0);
     });
 
     let settings = OnlineSettings::default();

@@ -283,9 +283,12 @@ impl SamplesFile {
                 let (name, is_joined) = prefix(quantity);
                 let gap = if is_joined && is_numbered { "" } else { "_" };
                 // Numbers count from one, whatever the log counts from.
-                let of_joint = |(number, joint): (usize, &String)| match is_numbered {
-                    true => format!("{name}{gap}{}", number + 1),
-                    false => format!("{name}{gap}{joint}"),
+                let of_joint = |(number, joint): (usize, &String)| {
+                    if is_numbered {
+                        format!("{name}{gap}{}", number + 1)
+                    } else {
+                        format!("{name}{gap}{joint}")
+                    }
                 };
                 header.extend(self.joints.iter().enumerate().map(of_joint));
             }

@@ -191,18 +191,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     if let Some(output) = &args.output {
         output::check_not_an_input(output, &[&args.model, &args.data])?;
     }
-    let model = ModelFile::load(&args.model)?;
-    let model = match model.rigid_body() {
-        Some(_) => {
-            args.require_evidence_alone()?;
-            model
-        }
-        None if args.online => {
-            let reason = "--online is for models of a robot's parameters (rbd)".to_owned();
-            return Err(CliError::Usage(reason));
-        }
-        None => model.of_several()?,
-    };
+    let model = model_of(args)?;
     let mut table = Table::open(&args.data)?;
     let file = table.file().to_owned();
     let (prefix, learned) = (&args.tau_prefix, model.learned_joints());
@@ -250,6 +239,20 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     }
     let estimate = total.estimate(contexts, n_rows, rows);
     args.print.print(&estimate, Estimate::table)
+}
+
+/// A model of a robot's parameters, or of several contexts.
+fn model_of(args: &Args) -> Result<ModelFile, CliError> {
+    let model = ModelFile::load(&args.model)?;
+    if model.rigid_body().is_some() {
+        args.require_evidence_alone()?;
+        return Ok(model);
+    }
+    if args.online {
+        let reason = "--online is for models of a robot's parameters (rbd)".to_owned();
+        return Err(CliError::Usage(reason));
+    }
+    model.of_several()
 }
 
 /// The load that rbd sees, row after row.

@@ -37,7 +37,7 @@ pub(super) struct JointRow {
 /// What a joint's row is made of.
 #[derive(Debug, Clone)]
 struct Joint {
-    joint_idx: usize,
+    number: usize,
     /// Columns of Y that the joint depends on.
     bodies: Vec<usize>,
     /// Friction terms with θ̂, each with the place of its hysteresis state.
@@ -117,7 +117,7 @@ impl TickRows {
         let spacing = self.training_step.map_or(1.0, |training| step / training);
         let length = self.parameters.len();
         for (joint, row) in self.joints.iter_mut().zip(&mut self.rows) {
-            let at = joint.joint_idx;
+            let at = joint.number;
             row.counts = joint.moves(qd[at], step);
             pulp::Arch::new().dispatch(Filling {
                 joint,
@@ -146,7 +146,7 @@ impl TickRows {
             (squares + row.log_var).is_finite()
         };
         let place = self.rows.iter().position(|row| !is_finite(row))?;
-        Some(self.joints[place].joint_idx)
+        Some(self.joints[place].number)
     }
 
     /// Torques with a load and the arm's deviation, N·m, by the joint.
@@ -154,7 +154,7 @@ impl TickRows {
         for (joint, row) in self.joints.iter().zip(&self.rows) {
             let of_load = linalg::sums::dot_in_sequence(&row.data[1..], load);
             let deviation = of_load + dot(&row.arm, arm);
-            torques[joint.joint_idx] = joint.without_load + joint.std * deviation;
+            torques[joint.number] = joint.without_load + joint.std * deviation;
         }
     }
 }
@@ -186,7 +186,7 @@ impl Joint {
         let of_terms = kept.clone().map(|(_, unknown)| unknown);
         let own: Vec<usize> = bodies.iter().copied().chain(of_terms).collect();
         Some(Self {
-            joint_idx,
+            number: joint_idx,
             bodies: bodies.to_vec(),
             terms: kept
                 .map(|(term, unknown)| (*term, posterior.mean()[unknown], unknowns.state_of(*term)))
@@ -237,7 +237,7 @@ impl pulp::NullaryFnOnce for Filling<'_> {
         let (of_bodies, of_terms) = joint.factors.split_at_mut(joint.bodies.len());
         for ((term, coefficient, place), factor) in joint.terms.iter().zip(of_terms) {
             let (z, n) = self.z;
-            let z = place.map_or(0.0, |place| z[place * n + joint.joint_idx]);
+            let z = place.map_or(0.0, |place| z[place * n + joint.number]);
             let mut value = term.value(DriveState { z, ..self.drive });
             if term.is_of_load() {
                 slope += coefficient * value;
