@@ -30,14 +30,20 @@ fn data_without_enough_rows() {
 #[test]
 fn data_without_the_columns_needed() {
     let each = "Every joint needs its position q, speed qd and acceleration qdd";
+    let log = "Every joint needs its position q, speed qd and acceleration qdd. This looks like a robot's log, qd1 as speeds: \
+               `torque-gp prepare` renames its columns, filters, and makes accelerations from the speeds by differentiation";
     let torques = "Torques are needed in N·m; --tau-prefix says how their columns begin";
     let states =
         "States are needed as q1..qN, qd1..qdN, qdd1..qddN, or q_<joint>, qd_<joint>, qdd_<joint>";
     for (header, missing, hint) in [
         ("q1,qd1,qdd1,torque1", "column: tau1", torques),
-        ("q1,qd1,tau1,x", "column: qdd1", each),
+        ("q1,qd1,tau1,x", "column: qdd1", log),
         ("q1,qd1,qdd1,tau2", "columns: q2, qd2, qdd2", each),
-        ("q_a,qd_a,tau_a,qdd", "column: qdd_a", each),
+        (
+            "q_a,qd_a,tau_a,qdd",
+            "column: qdd_a",
+            &log.replace("qd1", "qd_a"),
+        ),
         ("a,b,c,d", "columns: q1…, qd1…, qdd1…", states),
     ] {
         let data = format!("{header}\n1,2,3,4\n2,3,4,5\n");

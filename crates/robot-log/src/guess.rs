@@ -130,7 +130,7 @@ const TIMES: [(&str, &str); 14] = [
 pub fn guess(header: &[String]) -> Option<Mapping> {
     let joints_of = |template: &str| -> Vec<&str> {
         let names = header.iter().filter_map(|name| matched(template, name));
-        names.filter(|joint| is_name(joint)).collect()
+        names.filter(|joint| is_name(template, joint)).collect()
     };
     let fits = |family: &Family| -> Option<Mapping> {
         let positions = joints_of(family.position);
@@ -182,11 +182,17 @@ pub fn guess(header: &[String]) -> Option<Mapping> {
     Some(mapping)
 }
 
-/// A joint's name has no further mark of a quantity before it: `q{}` is not the template of `q_cmd_1` or `qd1`.
-fn is_name(joint: &str) -> bool {
-    let first = joint.chars().next().unwrap_or(' ');
-    first.is_ascii_digit()
-        || joint.len() > 2 && !joint.starts_with(['d', '_']) && !joint.contains("cmd")
+/// Marks of what was commanded, not measured.
+const COMMANDED: [&str; 5] = ["cmd", "des", "target", "ref", "command"];
+
+/// Behind a letter a joint is a number: `q{}` is not the template of `qd1`, nor of `q_1`. Behind a mark it is any name but
+/// one of something that was commanded: `q_{}` is not that of `q_cmd_1`.
+fn is_name(template: &str, joint: &str) -> bool {
+    let before = template.split_once("{}").map_or("", |(before, _)| before);
+    if before.ends_with(char::is_alphanumeric) {
+        return joint.bytes().all(|byte| byte.is_ascii_digit());
+    }
+    !joint.split('_').any(|part| COMMANDED.contains(&part))
 }
 
 #[cfg(test)]
@@ -223,6 +229,11 @@ mod tests {
                 Some("%time"),
             ),
             ("q[0],q[1],dq[0],dq[1],tau_J[0],tau_J[1]", 2, None),
+            (
+                "q_j1,q_cmd_j1,dq_j1,dq_cmd_j1,tau_j1,q_j2,dq_j2,tau_j2",
+                2,
+                None,
+            ),
         ] {
             let mapping = guessed(names).unwrap_or_else(|| panic!("{names}"));
             assert_eq!(mapping.joints.len(), joints, "{names}: {mapping:?}");

@@ -3,11 +3,13 @@
 mod delimited;
 mod error;
 mod guess;
+mod joint_state;
 mod low_pass;
 mod mapping;
 mod prepare;
 mod recording;
 mod spool;
+mod sqlite_bag;
 mod time_base;
 mod unit;
 
@@ -19,5 +21,6 @@ pub use mapping::{Columns, Mapping};
 pub use prepare::{ABSURD, HYSTERESIS_LENGTHS, PreparedRun, Quantity, Settings, Tally, prepare};
 pub use recording::{Measurement, Recording};
 pub use spool::Spool;
+pub use sqlite_bag::SqliteBag;
 pub use time_base::{Stretch, TimeBase};
 pub use unit::{EffortUnit, PositionUnit, TimeUnit, VelocityUnit};

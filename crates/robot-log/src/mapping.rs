@@ -191,33 +191,18 @@ impl Mapping {
         lines.join("\n") + "\n"
     }
 
-    /// Where the columns stand in a header.
+    /// N·m for each unit of the efforts of some names, one for each joint.
     ///
     /// # Errors
-    /// Columns that are missing, numbers of columns or gains that differ, a unit of efforts that is not declared.
-    pub(crate) fn places(&self, header: &[String]) -> Result<Places, LogError> {
-        let needed = |columns: &Option<Columns>, what: &str| {
-            columns.clone().ok_or_else(|| {
-                LogError::Mapping(format!("no columns of {what}: say which with --{what} 'NAME{{}}', {{}} in the place of a joint's name, or in a mapping; found: {}", listed(header)))
-            })
-        };
-        let position = needed(&self.position, "position")?;
-        let effort = needed(&self.effort, "effort")?;
-        let joints = if self.joints.is_empty() {
-            position.joints(header)?
-        } else {
-            self.joints.clone()
-        };
-        let n_joints = joints.len();
-        let find = |columns: &Columns| columns.places(header, &joints);
-        let one =
-            |column: &Option<String>| column.as_ref().map(|name| place(header, name)).transpose();
+    /// A unit that is not declared, with a question; a number of gains that differs.
+    pub(crate) fn effort_factors(&self, efforts: &[String]) -> Result<Vec<f64>, LogError> {
         let unit = self.effort_unit.ok_or_else(|| {
             LogError::Mapping(format!(
                 "in which unit are the efforts ({})? Say --effort-unit Nm (or mNm, N; A or mA with --gain, N·m/A of each joint): it is never guessed",
-                listed(&effort.names(&joints))
+                listed(efforts)
             ))
         })?;
+        let n_joints = efforts.len();
         let gains = match (unit.is_current(), self.gain.as_slice()) {
             (true, []) => {
                 return Err(LogError::Mapping(format!(
@@ -237,6 +222,29 @@ impl Mapping {
                 )));
             }
         };
+        Ok(gains.iter().map(|gain| gain * unit.factor()).collect())
+    }
+
+    /// Where the columns stand in a header.
+    ///
+    /// # Errors
+    /// Columns that are missing, numbers of columns or gains that differ, a unit of efforts that is not declared.
+    pub(crate) fn places(&self, header: &[String]) -> Result<Places, LogError> {
+        let needed = |columns: &Option<Columns>, what: &str| {
+            columns.clone().ok_or_else(|| {
+                LogError::Mapping(format!("no columns of {what}: say which with --{what} 'NAME{{}}', {{}} in the place of a joint's name, or in a mapping; found: {}", listed(header)))
+            })
+        };
+        let position = needed(&self.position, "position")?;
+        let effort = needed(&self.effort, "effort")?;
+        let joints = if self.joints.is_empty() {
+            position.joints(header)?
+        } else {
+            self.joints.clone()
+        };
+        let find = |columns: &Columns| columns.places(header, &joints);
+        let one =
+            |column: &Option<String>| column.as_ref().map(|name| place(header, name)).transpose();
         Ok(Places {
             time: one(&self.time)?,
             position: find(&position)?,
@@ -247,7 +255,7 @@ impl Mapping {
                 .transpose()?
                 .unwrap_or_default(),
             effort: find(&effort)?,
-            effort_factor: gains.iter().map(|gain| gain * unit.factor()).collect(),
+            effort_factor: self.effort_factors(&effort.names(&joints))?,
             run: one(&self.run)?,
             context: one(&self.context)?,
             joints,

@@ -2,5 +2,6 @@
 
 #![expect(clippy::unwrap_used, reason = "in a test a surprise is a failure")]
 
+mod bag;
 mod dialects;
 mod golden;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use robot_log::{
     Columns, DelimitedText, EffortUnit, HYSTERESIS_LENGTHS, Mapping, PositionUnit, PreparedRun,
-    Quantity, Recording, Settings, Tally, TimeUnit, VelocityUnit,
+    Quantity, Recording, Settings, SqliteBag, Tally, TimeUnit, VelocityUnit,
 };
 
 use crate::error::CliError;
@@ -17,7 +17,7 @@ const DIGITS: usize = 10;
 
 /// Make a robot's log into samples: even time, low-pass without delay, accelerations
 ///
-/// Reads text in columns: separated by commas, semicolons, tabs or blanks, with decimal points or commas, with a header or
+/// Reads bags of ROS 2 in SQLite (.db3, joint states) and text in columns: separated by commas, semicolons, tabs or blanks, with decimal points or commas, with a header or
 /// without (columns are then called c1, c2, …). The columns are known by their names where these are usual ones, and
 /// said by --position, --velocity, --effort, --time or a --mapping otherwise; `{}` stands for a joint's name.
 /// The unit of efforts is never guessed.
@@ -45,6 +45,10 @@ pub struct Args {
     /// Which columns are what, and in which units (TOML)
     #[arg(long, value_name = "FILE.toml")]
     mapping: Option<PathBuf>,
+
+    /// Topic of joint states in a bag; without it the only one
+    #[arg(long, value_name = "NAME")]
+    topic: Option<String>,
 
     /// Columns of positions, as in `q_{}`, or names with commas between them
     #[arg(long, value_name = "COLUMNS")]
@@ -123,6 +127,7 @@ pub struct Args {
 const EXAMPLES: &str = "\
 Examples:
   torque-gp prepare run1.csv run2.csv --effort-unit Nm --output samples.csv
+  torque-gp prepare bag.db3 --effort-unit Nm --joints shoulder,elbow,wrist --output samples.csv
   torque-gp prepare log.csv --guess --output mapping.toml
   torque-gp prepare log.csv --mapping mapping.toml --context cube --output samples.csv
   torque-gp prepare gen3.csv --effort 'TorqueCur{}' --effort-unit Nm --time-unit ms --output samples.csv
@@ -143,8 +148,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         .map(PathBuf::as_path)
         .collect();
     output::check_not_an_input(&args.output, &inputs)?;
-    let first = DelimitedText::open(&args.logs[0])?;
-    let mapping = args.mapping(&first)?;
+    let mapping = args.mapping()?;
     let mut output = Output::create(&args.output)?;
     if args.guess {
         write(&mut output, mapping.to_toml().as_bytes())?;
@@ -158,10 +162,10 @@ pub fn run(args: &Args) -> Result<(), CliError> {
     };
     let mut tallies = Vec::new();
     for log in &args.logs {
-        let mut log = DelimitedText::open(log)?.with_mapping(mapping.clone())?;
-        samples.take_joints(&log)?;
+        let mut log = args.recording(log, &mapping)?;
+        samples.take_joints(log.as_ref())?;
         let mut rate = None;
-        let tally = robot_log::prepare(&mut log, &settings, |run| {
+        let tally = robot_log::prepare(log.as_mut(), &settings, |run| {
             rate = Some((run.rate, run.every));
             samples.push(run)
         })?;
@@ -204,21 +208,58 @@ impl Args {
         }
     }
 
-    /// The file's mapping or the one that names suggest, with what the options say instead.
-    fn mapping(&self, log: &DelimitedText) -> Result<Mapping, CliError> {
-        let mut mapping = match &self.mapping {
-            Some(path) => {
-                let file = path.display().to_string();
-                let text =
-                    std::fs::read_to_string(path).map_err(CliError::io("read", file.clone()))?;
-                Mapping::parse(&text)
-                    .map_err(|cause| CliError::Usage(format!("{file}: {cause}")))?
+    /// A log of whatever format.
+    fn recording(&self, path: &Path, mapping: &Mapping) -> Result<Box<dyn Recording>, CliError> {
+        if SqliteBag::is_one(path) {
+            let bag = SqliteBag::open(path, self.topic.as_deref(), mapping)?;
+            return Ok(Box::new(bag));
+        }
+        if self.topic.is_some() {
+            return Err(CliError::Usage(format!(
+                "--topic goes with bags, and {} is none",
+                path.display()
+            )));
+        }
+        let text = DelimitedText::open(path)?;
+        Ok(Box::new(text.with_mapping(mapping.clone())?))
+    }
+
+    /// The file's mapping, or the one that the first log's names suggest.
+    fn mapping_to_begin_with(&self) -> Result<Mapping, CliError> {
+        if let Some(path) = &self.mapping {
+            let file = path.display().to_string();
+            let text = std::fs::read_to_string(path).map_err(CliError::io("read", file.clone()))?;
+            return Mapping::parse(&text)
+                .map_err(|cause| CliError::Usage(format!("{file}: {cause}")));
+        }
+        let first = &self.logs[0];
+        if SqliteBag::is_one(first) {
+            let columns = [
+                &self.position,
+                &self.velocity,
+                &self.effort,
+                &self.time,
+                &self.run,
+                &self.context_column,
+            ];
+            if self.guess || columns.iter().any(|option| option.is_some()) {
+                return Err(CliError::Usage(format!(
+                    "{} is a bag, whose joint states have no columns: leave --guess and the options of columns out",
+                    first.display()
+                )));
             }
-            None if self.position.is_some() && self.effort.is_some() => {
-                log.guess().unwrap_or_default()
-            }
-            None => log.guess()?,
-        };
+            return Ok(Mapping::default());
+        }
+        let log = DelimitedText::open(first)?;
+        if self.position.is_some() && self.effort.is_some() {
+            return Ok(log.guess().unwrap_or_default());
+        }
+        Ok(log.guess()?)
+    }
+
+    /// A mapping, with what the options say instead.
+    fn mapping(&self) -> Result<Mapping, CliError> {
+        let mut mapping = self.mapping_to_begin_with()?;
         if self.mapping.is_none() && self.position.is_some() {
             mapping.joints.clear();
             mapping.velocity = None;
