@@ -9,8 +9,8 @@ const SAME_MOMENT: f64 = 1e-5;
 /// Steps, and seconds at least, after which a run is cut.
 const GAP_STEPS: f64 = 5.0;
 const GAP_SECONDS: f64 = 0.05;
-/// Part of a step by which stamps of an even log are off.
-const EVEN: f64 = 1e-3;
+/// Part of a step by which rounding puts stamps of an even log off.
+const EVEN: f64 = 1e-8;
 /// Part by which a rate is off a whole number of hertz that counts as it.
 const WHOLE_HERTZ: f64 = 0.01;
 

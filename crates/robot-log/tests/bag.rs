@@ -28,7 +28,9 @@ fn joint_state(stamp: i64, names: &[&str], numbers: [&[f64]; 3]) -> Vec<u8> {
     put(&mut bytes, stamp % 1_000_000_000);
     text(&mut bytes, "base");
     put(&mut bytes, i64::try_from(names.len()).unwrap());
-    names.iter().for_each(|name| text(&mut bytes, name));
+    for name in names {
+        text(&mut bytes, name);
+    }
     for numbers in numbers {
         put(&mut bytes, i64::try_from(numbers.len()).unwrap());
         if !numbers.is_empty() {
@@ -126,7 +128,10 @@ fn a_bag_is_read_in_the_order_asked_for() {
     assert_eq!((tally.n_read, rows.len()), (N, N));
     let (turned, _) = samples(&bag.path(), &["wrist_1", "elbow"]).unwrap();
     for (row, turned) in rows.iter().zip(&turned) {
-        assert!(row[1] == turned[2] && row[2] == turned[1] && row[7] == turned[8]);
+        assert_eq!(
+            [row[1], row[2], row[7]].map(f64::to_bits),
+            [turned[2], turned[1], turned[8]].map(f64::to_bits)
+        );
     }
     // A sine at a third of a hertz passes the filter; 10⁻³ is more than what the ends add inside.
     let k = N / 2;
