@@ -212,6 +212,16 @@ fn faults_of_the_reference_are_named() {
         "pendulum.csv",
         "t,q_hinge,qd_hinge,qdd_hinge\n0,0,0,0\n1,1,0,0\n",
     );
+    let time = lines[0].split(',').position(|name| name == "t").unwrap();
+    let in_nanoseconds = |line: &&str| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let Ok(seconds) = fields[time].parse::<f64>() {
+            fields[time] = (1e9 * seconds).to_string();
+        }
+        fields.join(",")
+    };
+    let rows: Vec<String> = lines.iter().map(in_nanoseconds).collect();
+    folder.write("nanoseconds.csv", rows.join("\n"));
     let of = |file: &str| format!("{CONTROL} --feed-forward exact").replace("short.csv", file);
     refuse_all(
         &folder,
@@ -230,6 +240,7 @@ fn faults_of_the_reference_are_named() {
                 "sample 2 is at 0.00125 s and sample 3 at 0.00125 s",
             ),
             (of("untimed.csv"), "untimed.csv: there is no column `t`"),
+            (of("nanoseconds.csv"), "times are in s, not ms or ns"),
             (
                 of("nan.csv"),
                 "nan.csv: row 2 (line 3), column `t` (time, s): NaN is not a finite",

@@ -16,6 +16,10 @@ use crate::table::Table;
 
 /// Name of the column of times.
 const TIME: &str = "t";
+/// Seconds that no motion lasts.
+const LONGEST: f64 = 86_400.0;
+/// Seconds between rows that no motion of an arm is given in.
+const SPARSE: f64 = 1.0;
 
 /// A motion and where it is from.
 pub struct Reference {
@@ -35,7 +39,8 @@ impl Reference {
     /// Reads a table of times and states.
     ///
     /// # Errors
-    /// Missing columns, fields that are not finite numbers, fewer than two rows, times that do not ascend.
+    /// Missing columns, fields that are not finite numbers, fewer than two rows, times that do not ascend, a motion
+    /// of more than a day.
     pub fn read(path: &Path, model: &Model) -> Result<Self, CliError> {
         let mut table = Table::open(path)?;
         let (file, header) = (table.file().to_owned(), table.column_names());
@@ -62,6 +67,7 @@ impl Reference {
             degrees.see(&states[first..first + n]);
         }
         degrees.doubts().into_iter().for_each(messages::warning);
+        check_times(&file, &time)?;
         let motion =
             ReferenceMotion::new(n, time, states.clone()).map_err(CliError::of_data(&file))?;
         Ok(Self {
@@ -77,4 +83,26 @@ impl Reference {
     pub fn first_q(&self) -> &[f64] {
         &self.states[..self.motion.n_joints()]
     }
+}
+
+/// Refuses times that cannot be seconds, and warns of those that hardly are.
+fn check_times(file: &str, time: &[f64]) -> Result<(), CliError> {
+    let (Some(first), Some(last)) = (time.first(), time.last()) else {
+        return Ok(());
+    };
+    let length = last - first;
+    if length > LONGEST {
+        let reason = format!(
+            "column `{TIME}`: the motion would last {length:.3e} s ({:.1} days); times are in s, not ms or ns",
+            length / LONGEST
+        );
+        return Err(columns_error(file, reason));
+    }
+    let step = length / (time.len().max(2) - 1) as f64;
+    if step > SPARSE {
+        messages::warning(format!(
+            "{file}: column `{TIME}`: rows are {step} s apart and the motion lasts {length} s; times are in s, not ms"
+        ));
+    }
+    Ok(())
 }
