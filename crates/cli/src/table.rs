@@ -233,6 +233,13 @@ fn check_header(file: &str, header: &StringRecord) -> Result<(), CliError> {
     if names.iter().all(|name| name.parse::<f64>().is_ok()) {
         return Err(CliError::NoHeader { file: file() });
     }
+    if names[0].starts_with("SQLite format 3") {
+        return Err(CliError::Columns {
+            file: file(),
+            reason: "a database, as bags of ROS 2 are: `torque-gp prepare` makes samples of it"
+                .to_owned(),
+        });
+    }
     if let [only] = names[..]
         && only.split_whitespace().count() > 1
         && !only.contains([';', '\t'])

@@ -96,6 +96,7 @@ fn what_cannot_be_prepared_is_refused_and_leaves_nothing() {
     );
     folder.write("back.csv", log().replacen("\n0.5,", "\n0.05,", 1));
     folder.write("names.csv", "a,b\n1,2\n");
+    std::fs::create_dir(folder.path("empty")).unwrap();
     for (arguments, expected) in [
         ("log.csv --output log.csv", "it would be overwritten"),
         ("log.csv --effort-unit A --output s.csv", "--gain"),
@@ -144,6 +145,9 @@ fn a_log_that_was_not_prepared_is_known_as_one() {
         refused.contains("torque-gp prepare") && refused.contains("dq1 as speeds"),
         "{refused}"
     );
+    folder.write("bag.db3", b"SQLite format 3\0\x10\n");
+    let refused = folder.refusal("fit --model lrc --data bag.db3 --output m.tgp");
+    assert!(refused.contains("torque-gp prepare"), "{refused}");
     let blanks: String = log()
         .lines()
         .skip(1)

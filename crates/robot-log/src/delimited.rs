@@ -309,6 +309,8 @@ fn other_format(first: &[u8]) -> Option<&'static str> {
         Some(
             "a bag of ROS 1: convert it to ROS 2 (`rosbags-convert`) or export the topic as CSV (`rostopic echo -p`)",
         )
+    } else if starts(b"\x89MCAP0") {
+        Some("an MCAP file: `ros2 bag convert` makes a .db3 bag of it, which is read")
     } else if starts(b"PAR1") {
         Some("a Parquet file: export it as CSV")
     } else if starts(b"PK\x03\x04") {

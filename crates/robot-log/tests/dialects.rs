@@ -149,6 +149,7 @@ fn what_cannot_be_read_says_what_to_do() {
         (text("t,a,b,c,d,e,f", ",", "\n").into_bytes(), "--position"),
         (b"#ROSBAG V2.0\n".to_vec(), "a bag of ROS 1"),
         (b"PAR1xx".to_vec(), "Parquet"),
+        (b"\x89MCAP0\r\nxx".to_vec(), "ros2 bag convert"),
         (b"\xff\xfet\0,\0".to_vec(), "UTF-16"),
         (b"".to_vec(), "empty"),
         (

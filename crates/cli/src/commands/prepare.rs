@@ -30,7 +30,7 @@ const DIGITS: usize = 10;
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Args {
-    /// Logs, each of one run or with a column of labels
+    /// Logs, each of one run or with a column of labels; a bag's folder stands for its files, each a run
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
 
@@ -148,7 +148,8 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         .map(PathBuf::as_path)
         .collect();
     output::check_not_an_input(&args.output, &inputs)?;
-    let mapping = args.mapping()?;
+    let logs = files_of(&args.logs)?;
+    let mapping = args.mapping(&logs[0])?;
     let mut output = Output::create(&args.output)?;
     if args.guess {
         write(&mut output, mapping.to_toml().as_bytes())?;
@@ -161,7 +162,7 @@ pub fn run(args: &Args) -> Result<(), CliError> {
         output: csv::Writer::from_writer(output),
     };
     let mut tallies = Vec::new();
-    for log in &args.logs {
+    for log in &logs {
         let mut log = args.recording(log, &mapping)?;
         samples.take_joints(log.as_ref())?;
         let mut rate = None;
@@ -225,14 +226,13 @@ impl Args {
     }
 
     /// The file's mapping, or the one that the first log's names suggest.
-    fn mapping_to_begin_with(&self) -> Result<Mapping, CliError> {
+    fn mapping_to_begin_with(&self, first: &Path) -> Result<Mapping, CliError> {
         if let Some(path) = &self.mapping {
             let file = path.display().to_string();
             let text = std::fs::read_to_string(path).map_err(CliError::io("read", file.clone()))?;
             return Mapping::parse(&text)
                 .map_err(|cause| CliError::Usage(format!("{file}: {cause}")));
         }
-        let first = &self.logs[0];
         if SqliteBag::is_one(first) {
             let columns = [
                 &self.position,
@@ -258,8 +258,8 @@ impl Args {
     }
 
     /// A mapping, with what the options say instead.
-    fn mapping(&self) -> Result<Mapping, CliError> {
-        let mut mapping = self.mapping_to_begin_with()?;
+    fn mapping(&self, first: &Path) -> Result<Mapping, CliError> {
+        let mut mapping = self.mapping_to_begin_with(first)?;
         if self.mapping.is_none() && self.position.is_some() {
             mapping.joints.clear();
             mapping.velocity = None;
@@ -302,6 +302,29 @@ impl Args {
         }
         Ok(mapping)
     }
+}
+
+/// The logs, with the files of those that are folders of a bag, in the order of their names.
+fn files_of(logs: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
+    let mut files = Vec::new();
+    for log in logs {
+        if !log.is_dir() {
+            files.push(log.clone());
+            continue;
+        }
+        let folder = log.display().to_string();
+        let entries = std::fs::read_dir(log).map_err(CliError::io("read", folder.clone()))?;
+        let mut parts: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+        parts.retain(|path| path.extension().is_some_and(|extension| extension == "db3"));
+        if parts.is_empty() {
+            return Err(CliError::Usage(format!(
+                "{folder}: a folder without a .db3 file; `ros2 bag convert` makes them of other bags"
+            )));
+        }
+        parts.sort();
+        files.extend(parts);
+    }
+    Ok(files)
 }
 
 /// The samples as they are written.
