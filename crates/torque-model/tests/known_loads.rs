@@ -208,6 +208,33 @@ fn loads_summed_out_leave_the_arm_as_it_was() {
     }
 }
 
+#[test]
+fn a_turn_more_of_a_continuous_joint_is_the_same_to_a_process_of_described_loads() {
+    let (truth, _) = arms();
+    let loads = [("free", 0.0), ("A", 0.6), ("B", 1.1)];
+    let mut train = samples(&truth, &loads, 5, 20);
+    train.continuous = torque_model::ContinuousJoints::of([0]);
+    let learner = DescribedContexts {
+        loads: loads.iter().map(|(_, mass)| described(*mass)).collect(),
+        options: MultiTaskOptions::several(),
+    };
+    let model = RobotModel::learn(&train, &learner, Provenance::new("test", b"")).unwrap();
+    assert_eq!(model.continuous(), &train.continuous);
+    let x = states(11, 5);
+    let turned = Mat::from_fn(x.nrows(), x.ncols(), |row, col| {
+        x[(row, col)] + if col == 0 { std::f64::consts::TAU } else { 0.0 }
+    });
+    let (here, there) = (
+        model.predict(1, x.as_ref()).unwrap(),
+        model.predict(1, turned.as_ref()).unwrap(),
+    );
+    for (here, there) in here.iter().zip(&there) {
+        for (a, b) in here.mean.iter().zip(&there.mean) {
+            assert!((a - b).abs() <= 1e-6 * (1.0 + a.abs()), "{a} {b}");
+        }
+    }
+}
+
 fn described(mass: f64) -> LoadDescription {
     if mass > 0.0 {
         LoadDescription::from(&payload(mass))

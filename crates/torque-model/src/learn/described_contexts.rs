@@ -6,7 +6,7 @@ use crate::error::{TorqueError, consistent};
 use crate::joint_model::JointModel;
 use crate::learn::candidate::Candidate;
 use crate::learn::learner::Learn;
-use crate::learn::many_contexts::{conditioned, stacked};
+use crate::learn::many_contexts::{conditioned, of_samples, stacked};
 use crate::load_description::{LoadDescription, descriptors};
 use crate::samples::{JointTorques, Samples};
 
@@ -15,7 +15,7 @@ use crate::samples::{JointTorques, Samples};
 pub struct DescribedContexts {
     /// What is carried in each context, in the order of the samples' contexts.
     pub loads: Vec<LoadDescription>,
-    /// How the hyperparameters are searched for.
+    /// How the hyperparameters are searched for; which joints are continuous, the samples say.
     pub options: MultiTaskOptions,
 }
 
@@ -38,11 +38,12 @@ impl Learn for DescribedContexts {
         consistent(
             (n_loads != n_contexts).then(|| format!("{n_loads} loads of {n_contexts} contexts")),
         )?;
+        let options = of_samples(&self.options, samples);
         let data = stacked(samples)?;
         let targets = data.stack(&joint.values);
         let descriptors = descriptors(&self.loads)?;
         tell("K of the loads' mass and first moments");
-        let fit = fit_described(&data, &targets, &descriptors, &self.options)?;
+        let fit = fit_described(&data, &targets, &descriptors, &options)?;
         Ok(vec![fit.into()])
     }
 

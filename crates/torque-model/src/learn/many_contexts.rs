@@ -112,10 +112,7 @@ impl Learn for ManyContexts {
         joint: &JointTorques,
         tell: &mut dyn FnMut(&str),
     ) -> Result<Vec<Candidate>, TorqueError> {
-        let options = MultiTaskOptions {
-            continuous: samples.continuous.clone(),
-            ..self.options.clone()
-        };
+        let options = of_samples(&self.options, samples);
         let data = stacked(samples)?;
         let targets = data.stack(&joint.values);
         let fits = match self.tasks {
@@ -208,6 +205,14 @@ pub(super) fn conditioned(
     )?;
     let summary = FitSummary::of(&task.report);
     Ok(TaskProcess::of_tasks(posterior, summary).into())
+}
+
+/// The options of a search on samples, which say what joints are continuous.
+pub(super) fn of_samples(options: &MultiTaskOptions, samples: &Samples) -> MultiTaskOptions {
+    MultiTaskOptions {
+        continuous: samples.continuous.clone(),
+        ..options.clone()
+    }
 }
 
 pub(super) fn stacked(samples: &Samples) -> Result<Stacked, MtgpError> {
