@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use robot_log::{EffortUnit, LogError, Mapping, Settings, SqliteBag, Tally, prepare};
+use robot_log::{EffortUnit, LogError, Mapping, SqliteBag, Tally};
 use rusqlite::Connection;
 use tempfile::TempDir;
 
@@ -110,15 +110,7 @@ fn samples(path: &Path, joints: &[&str]) -> Result<(Rows, Tally), LogError> {
         ..Mapping::default()
     };
     let mut bag = SqliteBag::open(path, None, &mapping)?;
-    let mut rows = Vec::new();
-    let tally = prepare::<LogError>(&mut bag, &Settings::default(), |run| {
-        let t = run.t.clone();
-        run.columns.for_each_row(|row, values| {
-            rows.push([&[t[row]], values].concat());
-            Ok(())
-        })
-    })?;
-    Ok((rows, tally))
+    crate::rows_of(&mut bag)
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use robot_log::{DelimitedText, EffortUnit, LogError, Mapping, Settings, Tally, prepare};
+use robot_log::{DelimitedText, EffortUnit, LogError, Mapping, Tally};
 use tempfile::TempDir;
 
 const N: usize = 200;
@@ -51,15 +51,7 @@ type Rows = Vec<Vec<f64>>;
 
 fn samples(log: DelimitedText, mapping: Mapping) -> Result<(Rows, Tally), LogError> {
     let mut log = log.with_mapping(mapping)?;
-    let mut rows = Vec::new();
-    let tally = prepare::<LogError>(&mut log, &Settings::default(), |run| {
-        let t = run.t.clone();
-        run.columns.for_each_row(|row, values| {
-            rows.push([&[t[row]], values].concat());
-            Ok(())
-        })
-    })?;
-    Ok((rows, tally))
+    crate::rows_of(&mut log)
 }
 
 fn by_name(path: &std::path::Path) -> Result<(Rows, Tally), LogError> {

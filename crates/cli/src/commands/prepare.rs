@@ -8,6 +8,7 @@ use robot_log::{
     Quantity, Recording, Settings, SqliteBag, Tally, TimeUnit, VelocityUnit,
 };
 
+use crate::columns::Naming;
 use crate::error::CliError;
 use crate::messages;
 use crate::output::{self, Output};
@@ -342,19 +343,15 @@ impl SamplesFile {
             let mut header: Vec<String> = Vec::new();
             header.extend(self.has_context.then(|| "context".to_owned()));
             header.extend(["run".to_owned(), "t".to_owned()]);
+            // Numbers count from one, whatever the log counts from.
             let is_numbered = self.joints.iter().all(|joint| joint.parse::<u32>().is_ok());
+            let naming = if is_numbered {
+                Naming::Numbered
+            } else {
+                Naming::Named
+            };
             for quantity in Quantity::ALL {
-                let (name, is_joined) = prefix(quantity);
-                let gap = if is_joined && is_numbered { "" } else { "_" };
-                // Numbers count from one, whatever the log counts from.
-                let of_joint = |(number, joint): (usize, &String)| {
-                    if is_numbered {
-                        format!("{name}{gap}{}", number + 1)
-                    } else {
-                        format!("{name}{gap}{joint}")
-                    }
-                };
-                header.extend(self.joints.iter().enumerate().map(of_joint));
+                header.extend(naming.columns(&prefix(quantity, naming), &self.joints));
             }
             return self.record(&header);
         }
@@ -394,19 +391,20 @@ impl SamplesFile {
     }
 }
 
-/// A quantity's columns, and whether a number follows without `_`.
-fn prefix(quantity: Quantity) -> (String, bool) {
+/// What a quantity's columns begin with; states of friction and marks have `_` before a number, too.
+fn prefix(quantity: Quantity, naming: Naming) -> String {
     let text = match quantity {
-        Quantity::Position => "q",
-        Quantity::Velocity => "qd",
-        Quantity::Acceleration => "qdd",
-        Quantity::Torque => "tau",
-        Quantity::Used => return ("use".to_owned(), false),
-        Quantity::Hysteresis(number) => {
-            return (format!("z{}", 1e3 * HYSTERESIS_LENGTHS[number]), false);
-        }
+        Quantity::Position => return "q".to_owned(),
+        Quantity::Velocity => return "qd".to_owned(),
+        Quantity::Acceleration => return "qdd".to_owned(),
+        Quantity::Torque => return "tau".to_owned(),
+        Quantity::Used => "use".to_owned(),
+        Quantity::Hysteresis(number) => format!("z{}", 1e3 * HYSTERESIS_LENGTHS[number]),
     };
-    (text.to_owned(), true)
+    match naming {
+        Naming::Numbered => format!("{text}_"),
+        Naming::Named => text,
+    }
 }
 
 /// A number of ten significant digits, as short as it can be written.

@@ -258,10 +258,11 @@ impl Results<'_> {
         let mut smallest = f64::INFINITY;
         for (trajectory, _) in &self.trajectories {
             for idx in 0..self.settings.bandwidths.len() {
-                let errors = Source::OF_EACH_LOAD.map(|source| {
+                let error = |source| {
                     let errors = self.curve(trajectory, source, false, Outcome::error);
                     errors.get(idx).map_or(f64::NAN, |(_, error)| *error)
-                });
+                };
+                let errors: Vec<f64> = Source::of_each_load().map(error).collect();
                 for (i, a) in errors.iter().enumerate() {
                     let gaps = errors[..i].iter().map(|b| (a - b).abs());
                     smallest = gaps.fold(smallest, f64::min);

@@ -71,17 +71,11 @@ impl Source {
 
     /// Those that are learned or known for each load by itself; the runs of rbd, which learns all loads at once, are
     /// parts of their own.
-    pub const OF_EACH_LOAD: [Self; 9] = [
-        Self::Nothing,
-        Self::Gravity,
-        Self::Lr,
-        Self::Gp,
-        Self::Igp,
-        Self::Mgp,
-        Self::NoFriction,
-        Self::RigidBody,
-        Self::Exact,
-    ];
+    pub fn of_each_load() -> impl Iterator<Item = Self> {
+        Self::ALL
+            .into_iter()
+            .filter(|source| *source != Self::Shared)
+    }
 
     /// Name in tables, pictures and files.
     pub fn name(self) -> &'static str {

@@ -46,7 +46,7 @@ impl Sweep<'_> {
         let desired = Desired::of(self.plant.desired(&reference)?.as_ref());
         let jobs: Vec<(&Learned, Source)> = learned
             .iter()
-            .flat_map(|learned| Source::OF_EACH_LOAD.map(|source| (*learned, source)))
+            .flat_map(|learned| Source::of_each_load().map(|source| (*learned, source)))
             .collect();
         let rows: Vec<Vec<Row>> = jobs
             .into_par_iter()
